@@ -3,37 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mavspiral.arrays import FloatArray
+from mavspiral.curve import Path
 from mavspiral.frames import wrap_rad
 from mavspiral.motion.law import TimeLaw
+from mavspiral.motion.turn import Gaze
 
-__all__ = ["Gaze", "Leg", "Path", "Trajectory", "TrajectoryState"]
+__all__ = ["Leg", "Trajectory", "TrajectoryState"]
 
 JOIN_TOLERANCE_M = 1e-6
 JOIN_TOLERANCE_RAD = 1e-6
-
-
-class Path(Protocol):
-    """A C³ curve: `path(u_rad, order) -> (…, 3)` in m/radᵒʳᵈᵉʳ, ENU, for u in [0, u_end_rad]."""
-
-    @property
-    def u_end_rad(self) -> float:
-        """Where the curve ends; it begins at 0."""
-
-    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
-        """The `order`-th derivative at `u_rad`, order 0 to 3."""
-
-
-class Gaze(Protocol):
-    """A C² yaw along a curve: `gaze(u_rad, order) -> yaw_enu_rad`, unwrapped."""
-
-    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
-        """The `order`-th derivative at `u_rad`, order 0 to 2."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

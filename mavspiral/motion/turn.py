@@ -1,8 +1,9 @@
-"""The gaze of a transit: from one yaw to another, the short way round."""
+"""What a gaze is, and the gaze of a transit: from one yaw to another, the short way round."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,11 +11,19 @@ from numpy.typing import ArrayLike
 from mavspiral.arrays import FloatArray
 from mavspiral.frames import wrap_rad
 
-__all__ = ["TurnGaze"]
+__all__ = ["Gaze", "TurnGaze"]
 
 # 10x³ - 15x⁴ + 6x⁵: the quintic with zero slope and zero curvature at 0 and 1.
 _SMOOTH_STEP = np.polynomial.Polynomial([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
 _DERIVATIVES = tuple(_SMOOTH_STEP.deriv(order) if order else _SMOOTH_STEP for order in range(3))
+
+
+class Gaze(Protocol):
+    """A C² yaw along a curve: `gaze(u_rad, order)`, unwrapped."""
+
+    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
+        """The yaw `yaw_enu_rad`, or its derivative of `order` up to 2, in rad/radᵒʳᵈᵉʳ."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
