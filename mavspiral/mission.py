@@ -16,7 +16,18 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from mavspiral.errors import InputError
 from mavspiral.mission_errors import describe
 
-__all__ = ["Accept", "Building", "Camera", "Inspection", "Keepout", "Limits", "Mission", "Quality", "Vehicle", "load_mission"]
+__all__ = [
+    "Accept",
+    "Building",
+    "Camera",
+    "Inspection",
+    "Keepout",
+    "Limits",
+    "Mission",
+    "Quality",
+    "Vehicle",
+    "load_mission",
+]
 
 Lat = Annotated[float, Field(ge=-90, le=90)]
 Lon = Annotated[float, Field(ge=-180, le=180)]
@@ -168,7 +179,9 @@ class Mission(_Table):
         if self.inspection.roof:
             asked.append("[inspection] roof = true: roofs are not planned yet, only the walls are flown")
         if self.inspection.courtyards:
-            asked.append("[inspection] courtyards = true: courtyards are not planned yet, only the outer walls are flown")
+            asked.append(
+                "[inspection] courtyards = true: courtyards are not planned yet, only the outer walls are flown"
+            )
         return tuple(asked)
 
 
@@ -183,7 +196,9 @@ def load_mission(path: str | Path) -> Mission:
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise InputError(f"{path}: no such mission file. Fix: give the path of a mission, e.g. missions/torre.toml") from None
+        raise InputError(
+            f"{path}: no such mission file. Fix: give the path of a mission, e.g. missions/torre.toml"
+        ) from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read ({error}). Fix: a mission is a UTF-8 TOML file") from None
     try:

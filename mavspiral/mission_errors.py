@@ -54,7 +54,9 @@ def _finding(finding: Any, model: type[BaseModel]) -> str:
         where = _key(location[:-1])
         if isinstance(location[-1], int):
             return f"{where}: has too few entries, entry {location[-1] + 1} is missing"
-        return f"{where + ': ' if where else ''}{location[-1]} is missing. Fix: add {_example(str(location[-1]), model)}"
+        return (
+            f"{where + ': ' if where else ''}{location[-1]} is missing. Fix: add {_example(str(location[-1]), model)}"
+        )
     wanted = _WANTED.get(kind, finding["msg"]).format(**context)
     return f"{key} = {_shown(finding['input'])}: {wanted}. Fix: e.g. {_example(_last_name(location), model)}"
 

@@ -29,7 +29,7 @@ def crossing(ring_m: FloatArray) -> FloatArray | None:
             across = (offset[:, 0] * side[i, 1] - offset[:, 1] * side[i, 0]) / denominator
         hit = (along >= 0) & (along <= 1) & (across >= 0) & (across <= 1)
         if hit.any():
-                    place: FloatArray = start[i] + along[hit][0] * side[i]
+            place: FloatArray = start[i] + along[hit][0] * side[i]
             return place
     return None
 
