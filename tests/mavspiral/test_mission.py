@@ -1,0 +1,79 @@
+"""The mission file: every bad value is one line that names key, value, limit and fix."""
+
+from __future__ import annotations
+
+import pytest
+
+from mavspiral.errors import InputError
+from mavspiral.mission import load_mission
+
+GOOD = """
+schema = 1
+name = "t"
+[building]
+map = "map.geojson"
+[camera]
+focal_length_mm = 8.8
+sensor_mm = [13.2, 8.8]
+[inspection]
+standoff_m = 12.0
+"""
+
+BAD = [
+    ("standoff_m = 12.0", "standoff_m = -3", ["[inspection] standoff_m = -3", "greater than 0", "Fix"]),
+    ("standoff_m = 12.0", "standoff_m = nan", ["standoff_m = nan", "finite"]),
+    ("standoff_m = 12.0", 'standoff_m = "12"', ['standoff_m = "12"', "must be a number"]),
+    ("standoff_m = 12.0", "standoff_m = 3.0", ["standoff_m = 3", "clearance_m = 4"]),
+    ("standoff_m = 12.0", "stand_off_m = 12.0", ["stand_off_m: unknown key", "did you mean standoff_m?"]),
+    ("standoff_m = 12.0", "", ["standoff_m is missing", "standoff_m = 12.0"]),
+    ("standoff_m = 12.0", "standoff_m = 12.0\noverlap = 25", ["overlap = 25", "smaller than 0.95"]),
+    ("standoff_m = 12.0", "standoff_m = 12.0\nbottom_m = 9\ntop_m = 5", ["bottom_m = 9", "top_m = 5"]),
+    ("standoff_m = 12.0", "standoff_m = 12.0\nroof = 1", ["roof = 1", "true or false"]),
+    ("schema = 1", "schema = 2", ["schema = 2", "must be one of 1"]),
+    ("schema = 1", "", ["schema is missing"]),
+    ('name = "t"', 'name = "../t"', ['name = "../t"']),
+    ("[13.2, 8.8]", "[13.2]", ["[camera] sensor_mm", "too few"]),
+    ("[inspection]", '[vehicle]\nautopilot = "dji"\n[inspection]', ['autopilot = "dji"', "'px4' or 'ardupilot'"]),
+    ("[inspection]", "[vehicle]\nhome = [-99.1, 19.4]\n[inspection]", ["home", "-99.1", "at least -90"]),
+    ("[inspection]", "[accept]\ncoverage = 0.9\n[inspection]", ["[accept] coverage", "not worked out yet"]),
+    ("[inspection]", "[[keepout]]\nheight_m = [0, 8]\n[inspection]", ["keepout", "circle", "polygon"]),
+    ("[inspection]", "[[keepout]]\ncircle = [1, 2, 3]\nheight_m = [9, 8]\n[inspection]", ["must rise"]),
+    ("schema = 1", "schema = ", ["not TOML", "line 2"]),
+]
+
+
+def write(tmp_path, text):
+    path = tmp_path / "mission.toml"
+    path.write_text(text)
+    return path
+
+
+def test_defaults_and_map_path(tmp_path):
+    mission = load_mission(write(tmp_path, GOOD))
+    assert mission.map_path == tmp_path / "map.geojson"
+    assert mission.limits.clearance_m == 4.0
+    assert mission.vehicle.autopilot == "px4"
+    assert mission.notices == ()
+
+
+@pytest.mark.parametrize(("old", "new", "words"), BAD)
+def test_bad_input_is_one_clear_line(tmp_path, old, new, words):
+    with pytest.raises(InputError) as caught:
+        load_mission(write(tmp_path, GOOD.replace(old, new)))
+    line = str(caught.value)
+    assert "\n" not in line
+    assert "mission.toml" in line
+    for word in words:
+        assert word in line, line
+    assert caught.value.exit_code == 2
+
+
+def test_a_missing_file_and_a_folder(tmp_path):
+    for path in (tmp_path / "nothing.toml", tmp_path):
+        with pytest.raises(InputError, match="Fix"):
+            load_mission(path)
+
+
+def test_what_is_asked_and_not_done_is_said(tmp_path):
+    mission = load_mission(write(tmp_path, GOOD.replace("standoff_m", "roof = true\nstandoff_m")))
+    assert any("roof" in notice for notice in mission.notices)
