@@ -1,0 +1,251 @@
+"""One smooth spiral around a building.
+
+    p(u) = ( Σ_k b(u/Δ − k)·s_k(u),  z(u) )
+
+`s_k` are Fourier series of the outlines at the keys, Δ apart in phase, `b` is the uniform quartic B-spline, and `z`
+the climb. Each factor is C³, so the spiral is. Key k has weight for u from kΔ to (k+5)Δ only, and its outline
+belongs to the height z(kΔ): no outline is ever flown below its own height. The weights are convex.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from mavspiral.arrays import FloatArray
+from mavspiral.curve.climb import Climb
+from mavspiral.curve.fourier import ComplexArray, FourierCurve, harmonics_needed, locked_spectra
+from mavspiral.curve.outlines import key_outlines
+from mavspiral.errors import InputError, LimitError
+from mavspiral.shape.heightmap import Site
+from mavspiral.shape.parts import LeftOut, main_part
+from mavspiral.shape.slicing import SolidDistance, solid_distance
+
+__all__ = ["Spiral", "SpiralPath", "plan_spiral"]
+
+TOLERANCE_M = 0.3
+"""The flown curve comes closer than the stand-off by no more than this."""
+FIT_M = 0.1
+"""Of the tolerance, what the truncation of the Fourier series may take at every outline."""
+MIXING_M = 0.1
+"""Of the tolerance, what mixing outlines that slide along each other may take: it sets the step of a walk."""
+DEGREE = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpiralPath:
+    """The spiral: `path(u_rad, order)`. Beyond its ends it goes on as level turns.
+
+    `coefficients_m` (U, N+1, 2) are its different outlines; `of_key` (K,) says which one each key has, where
+    `of_key[DEGREE]` is the key at u = 0.
+    """
+
+    coefficients_m: ComplexArray
+    of_key: NDArray[np.int64]
+    key_rad: float
+    climb: Climb
+    u_end_rad: float
+
+    def __post_init__(self) -> None:
+        """Copies, checks and locks the arrays."""
+        of_key = np.array(self.of_key, dtype=np.int64)
+        of_key.setflags(write=False)
+        object.__setattr__(self, "of_key", of_key)
+        object.__setattr__(self, "coefficients_m", locked_spectra(self.coefficients_m, ndim=3))
+
+    @property
+    def rings(self) -> int:
+        """The paper's n: turns that climb. Level turns are extra."""
+        return self.climb.turns
+
+    @property
+    def harmonics(self) -> int:
+        """The paper's N."""
+        return self.coefficients_m.shape[1] - 1
+
+    def outline(self, key: int) -> FourierCurve:
+        """The plan curve of one key."""
+        return FourierCurve(self.coefficients_m[self.of_key[key]])
+
+    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
+        """The ENU position `(…, 3)`, or its derivative of `order` up to 3, in m/radᵒʳᵈᵉʳ."""
+        if order not in (0, 1, 2, 3):
+            raise ValueError(f"order is {order}, wanted 0 to 3")
+        u = np.asarray(u_rad, dtype=np.float64)
+        real, imaginary = self.coefficients_m.real, self.coefficients_m.imag
+        plan = _plan(u.ravel(), order, real, imaginary, self.of_key, self.key_rad, BASIS)
+        return np.concatenate([plan.reshape(*u.shape, 2), self.climb(u, order)[..., None]], axis=-1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spiral:
+    """A planned spiral, the least distance to the building along it, and what it does not go around."""
+
+    path: SpiralPath
+    clearance_min_m: float
+    left_out: tuple[LeftOut, ...]
+
+
+def plan_spiral(
+    site: Site,
+    *,
+    standoff_m: float,
+    rise_m: float,
+    bottom_m: float,
+    top_m: float,
+    clearance_m: float,
+    corner_radius_m: float,
+    keys_per_turn: int = 16,
+) -> Spiral:
+    """The spiral around the main part of the building, from `bottom_m` to `top_m`.
+
+    It climbs in as few turns as keep each at or below `rise_m`. Where the part ends below the rest of the building,
+    the spiral ends as far above the part's roof as `top_m` is above the building's. Neighbours are not looked at.
+
+    Args:
+        site: the building.
+        standoff_m: the distance to keep from walls and roofs; kept to within `TOLERANCE_M`.
+        rise_m: the paper's Δh, the most that a turn may climb.
+        bottom_m: the height of the level turn below.
+        top_m: the height of the level turn above.
+        clearance_m: never closer than this.
+        corner_radius_m: no concave corner of an outline is sharper; speed²/acceleration.
+        keys_per_turn: outlines a turn where they change with height.
+
+    Raises:
+        InputError: the numbers contradict each other, or nothing stands there.
+        LimitError: the curve cannot keep the clearance.
+    """
+    if not 0.0 < clearance_m <= standoff_m:
+        raise InputError(f"clearance_m is {clearance_m}, wanted above 0 and at most standoff_m = {standoff_m}")
+    if not (rise_m > 0.0 and corner_radius_m >= 0.0 and keys_per_turn >= 4):
+        raise InputError(f"{rise_m=}, {corner_radius_m=}, {keys_per_turn=}: wanted > 0, >= 0 and >= 4")
+    if top_m < bottom_m:
+        raise InputError(f"top_m is {top_m}, below bottom_m = {bottom_m}")
+    solid = solid_distance(site, reach_m=2.0 * standoff_m + corner_radius_m)
+    part = main_part(solid, standoff_m=standoff_m)
+    ends_lower_m = float(solid.levels_m[-1]) - part.top_m
+    top_m = max(bottom_m, top_m - ends_lower_m)
+    climb = Climb(bottom_m, top_m, int(np.ceil((top_m - bottom_m) / rise_m - 1e-9)))
+    required_m = max(clearance_m, standoff_m - TOLERANCE_M)
+    ring_m = standoff_m
+    for _ in range(4):
+        path = _spiral_at(solid, part.anchor_enu_m, climb, ring_m, corner_radius_m, keys_per_turn)
+        nearest_m, at_rad = _nearest(solid, path)
+        if nearest_m >= required_m:
+            return Spiral(path, nearest_m, part.left_out)
+        ring_m += 1.2 * (required_m - nearest_m) + 0.01
+    place = np.array2string(path(at_rad), precision=1)
+    raise LimitError(
+        f"the spiral comes within {nearest_m:.2f} m of the building at {place} ENU, wanted {required_m:.2f} m; "
+        "a smaller corner radius or a larger stand-off may help"
+    )
+
+
+def _spiral_at(
+    solid: SolidDistance,
+    anchor_enu_m: FloatArray,
+    climb: Climb,
+    standoff_m: float,
+    corner_radius_m: float,
+    keys_per_turn: int,
+) -> SpiralPath:
+    """The spiral whose outlines keep `standoff_m`."""
+    key_rad = 2.0 * np.pi / keys_per_turn
+    # A quartic B-spline mixes keys with a variance of 5/12 key², so outlines that slide by s along an arc of radius
+    # d leave it by 5/24·s²/d.
+    step_m = np.sqrt(24.0 / 5.0 * MIXING_M * standoff_m)
+    climbing = np.arange(-DEGREE, np.ceil(climb.end_rad / key_rad) + 1) * key_rad
+    outlines = key_outlines(
+        solid,
+        climb(climbing),
+        anchor_enu_m=anchor_enu_m,
+        standoff_m=standoff_m,
+        corner_radius_m=corner_radius_m,
+        step_m=step_m,
+    )
+    harmonics = harmonics_needed(outlines.spectra_m, tolerance_m=FIT_M, count=outlines.points)
+    # The last key that differs from its successor still has weight DEGREE keys later; then comes the level turn.
+    changes = np.flatnonzero(np.diff(outlines.of_key))
+    settled_rad = (changes[-1] + 1) * key_rad if changes.size else 0.0
+    u_end_rad = max(climb.end_rad, settled_rad) + (2.0 * np.pi if climb.turns else 0.0)
+    return SpiralPath(
+        outlines.spectra_m[:, : harmonics + 1], outlines.of_key, key_rad, climb, u_end_rad
+    )
+
+
+def _nearest(solid: SolidDistance, path: SpiralPath) -> tuple[float, float]:
+    """The least distance from the curve to the solid, looked at every half metre, and where."""
+    u = np.linspace(0.0, path.u_end_rad, 64)
+    length_m = np.hypot(*path(u, 1)[:, :2].T).mean() * path.u_end_rad
+    u = np.linspace(0.0, path.u_end_rad, int(length_m / 0.5) + 64)
+    distance = solid(path(u))
+    worst = int(np.argmin(distance))
+    return float(distance[worst]), float(u[worst])
+
+
+def _basis() -> FloatArray:
+    """Coefficients `(order, key, power)` of a quartic B-spline's five pieces and of their derivatives."""
+    pieces = np.array(
+        [[1, -4, 6, -4, 1], [11, -12, -6, 12, -4], [11, 12, -6, -12, 6], [1, 4, 6, 4, -4], [0, 0, 0, 0, 1]]
+    )
+    basis = np.zeros((4, DEGREE + 1, DEGREE + 1))
+    basis[0] = pieces / 24.0
+    for order in (1, 2, 3):
+        basis[order, :, :-1] = basis[order - 1, :, 1:] * np.arange(1, DEGREE + 1)
+    return basis
+
+
+BASIS = _basis()
+
+
+@njit(cache=True)
+def _plan(u, order, real, imaginary, of_key, key_rad, basis):  # type: ignore[no-untyped-def]
+    """The `order`-th derivative of Σ b_k(u)·s_k(u) by Leibniz' rule: w_j is C(order, j)·b_k⁽ʲ⁾, and s⁽ᵐ⁾ = Re Σ (in)ᵐ c_n e^{inu}."""
+    binomial = np.array([[1, 0, 0, 0], [1, 1, 0, 0], [1, 2, 1, 0], [1, 3, 3, 1]])
+    harmonics = real.shape[1]
+    spans = of_key.size - 4
+    out = np.zeros((u.size, 2))
+    cosine, sine = np.empty(harmonics), np.empty(harmonics)
+    w = np.empty(4)
+    for i in range(u.size):
+        c1, s1 = np.cos(u[i]), np.sin(u[i])
+        cosine[0], sine[0] = 1.0, 0.0
+        for n in range(1, harmonics):
+            cosine[n] = cosine[n - 1] * c1 - sine[n - 1] * s1
+            sine[n] = sine[n - 1] * c1 + cosine[n - 1] * s1
+        span = min(max(int(np.floor(u[i] / key_rad)), 0), spans - 1)
+        t = min(max(u[i] / key_rad - span, 0.0), 1.0)
+        still = True
+        for k in range(1, 5):
+            still = still and of_key[span + k] == of_key[span]
+        x, y = 0.0, 0.0
+        for k in range(1 if still else 5):
+            for j in range(4):
+                b = basis[j, k, 4]
+                for power in range(3, -1, -1):
+                    b = b * t + basis[j, k, power]
+                w[j] = binomial[order, j] * b / key_rad**j
+            if still:
+                w[0], w[1], w[2], w[3] = 1.0, 0.0, 0.0, 0.0
+            a = of_key[span + k]
+            for n in range(harmonics):
+                # Σ_j w_j (in)^(order−j) = even + i·odd
+                if order == 0:
+                    even, odd = w[0], 0.0
+                elif order == 1:
+                    even, odd = w[1], w[0] * n
+                elif order == 2:
+                    even, odd = w[2] - w[0] * n * n, w[1] * n
+                else:
+                    even, odd = w[3] - w[1] * n * n, w[2] * n - w[0] * n * n * n
+                p = even * cosine[n] - odd * sine[n]
+                q = even * sine[n] + odd * cosine[n]
+                x += real[a, n, 0] * p - imaginary[a, n, 0] * q
+                y += real[a, n, 1] * p - imaginary[a, n, 1] * q
+        out[i, 0] = x
+        out[i, 1] = y
+    return out

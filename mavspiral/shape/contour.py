@@ -1,0 +1,134 @@
+"""Rings: the outlines of slices, with concave corners closed.
+
+The border of a slice has a kink wherever two walls meet in a concave corner, and no drone turns on the spot. So a
+ball of the corner's radius rolls along the outside of the outline (the morphological closing, worked on the
+polygon): what it touches stays, and where it cannot get in, it leaves its own arc.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import njit
+
+from mavspiral.arrays import FloatArray, locked
+from mavspiral.shape.slicing import Slice, SolidDistance
+
+__all__ = ["Ring", "ring"]
+
+SPACING_M = 0.4
+"""Between the points of an outline while its corners are closed; chords leave a 4 m arc by 5 mm."""
+TOUCH_M = 0.03
+"""How deep the ball may sink before it counts as stuck: more than the outline's noise of some millimetres."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ring:
+    """A closed outline: `points_enu_m` (Q, 2), counter-clockwise, at equal arc lengths."""
+
+    points_enu_m: FloatArray
+
+    def __post_init__(self) -> None:
+        """Copies, checks and locks the field."""
+        object.__setattr__(self, "points_enu_m", locked(self.points_enu_m, shape=(None, 2), name="points_enu_m"))
+
+    @property
+    def length_m(self) -> float:
+        """The way around."""
+        steps = np.roll(self.points_enu_m, -1, axis=0) - self.points_enu_m
+        return float(np.hypot(steps[:, 0], steps[:, 1]).sum())
+
+    def resampled(self, count: int) -> Ring:
+        """The same outline at `count` points."""
+        return Ring(_resampled(self.points_enu_m, count))
+
+
+def ring(solid: SolidDistance, cut: Slice, *, anchor_enu_m: FloatArray, corner_radius_m: float) -> Ring | None:
+    """The outer border of the slice's component around `anchor_enu_m`; None where the slice does not hold it."""
+    mask = solid.inside(cut).astype(np.uint8)
+    contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    anchor = (anchor_enu_m - solid.origin_enu_m) / solid.cell_m
+    for contour in contours:
+        if cv2.pointPolygonTest(contour, (float(anchor[0]), float(anchor[1])), False) >= 0.0:
+            break
+    else:
+        return None
+    points = solid.onto_border(cut, solid.origin_enu_m + contour[:, 0, :] * solid.cell_m)
+    if _area(points) < 0.0:
+        points = points[::-1]
+    spacing_m = max(SPACING_M, solid.cell_m)
+    points = solid.onto_border(cut, _resampled(points, _count(points, spacing_m)))
+    points = _corners_closed(points, corner_radius_m)
+    return Ring(_resampled(points, _count(points, spacing_m)))
+
+
+def _area(points: FloatArray) -> float:
+    x, y = points.T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
+
+
+def _lengths(points: FloatArray) -> FloatArray:
+    """Arc length from the first point to every point and around to the first again."""
+    steps = np.roll(points, -1, axis=0) - points
+    return np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
+
+
+def _count(points: FloatArray, spacing_m: float) -> int:
+    return max(16, int(np.ceil(_lengths(points)[-1] / spacing_m)))
+
+
+def _resampled(points: FloatArray, count: int) -> FloatArray:
+    lengths = _lengths(points)
+    wanted = np.arange(count) * (lengths[-1] / count)
+    closed = np.vstack([points, points[:1]])
+    return np.stack([np.interp(wanted, lengths, closed[:, axis]) for axis in (0, 1)], axis=-1)
+
+
+def _corners_closed(points: FloatArray, radius_m: float) -> FloatArray:
+    """The outline `points` (M, 2), counter-clockwise, after a ball of `radius_m` rolled around it."""
+    along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
+    along /= np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None]
+    balls = points + radius_m * np.stack([along[:, 1], -along[:, 0]], axis=-1)
+    stuck = _any_closer(balls, points, radius_m - TOUCH_M)
+    if not stuck.any() or stuck.all():
+        return points
+    start = int(np.argmin(stuck))
+    points, balls, stuck = (np.roll(a, -start, axis=0) for a in (points, balls, stuck))
+    edges = np.flatnonzero(np.diff(stuck.astype(np.int8), append=np.int8(0)))
+    pieces, at = [], 0
+    for before, last in zip(edges[::2], edges[1::2], strict=True):
+        after = (last + 1) % len(points)
+        pieces.append(points[at : before + 1])
+        pieces.append(_arc(points[before], points[after], 0.5 * (balls[before] + balls[after])))
+        at = last + 1
+    pieces.append(points[at:])
+    return np.concatenate(pieces)
+
+
+def _arc(start: FloatArray, end: FloatArray, centre: FloatArray) -> FloatArray:
+    """Points of the clockwise arc about `centre` strictly between `start` and `end`."""
+    a, b = complex(*(start - centre)), complex(*(end - centre))
+    turn = (np.angle(a) - np.angle(b)) % (2.0 * np.pi)
+    count = int(turn * abs(a) / SPACING_M)
+    if turn > np.pi or count == 0:
+        return np.empty((0, 2))
+    t = np.arange(1, count + 1) / (count + 1)
+    arc = (abs(a) + t * (abs(b) - abs(a))) * np.exp(1j * (np.angle(a) - t * turn))
+    return centre + np.stack([arc.real, arc.imag], axis=-1)
+
+
+@njit(cache=True)
+def _any_closer(centres, points, distance):  # type: ignore[no-untyped-def]
+    """Which of the centres have a point closer than the distance."""
+    out = np.zeros(centres.shape[0], dtype=np.bool_)
+    limit = distance * distance
+    for i in range(centres.shape[0]):
+        for j in range(points.shape[0]):
+            dx = centres[i, 0] - points[j, 0]
+            dy = centres[i, 1] - points[j, 1]
+            if dx * dx + dy * dy < limit:
+                out[i] = True
+                break
+    return out
