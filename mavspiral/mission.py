@@ -55,7 +55,10 @@ class Camera(_Table):
 
     focal_length_mm: Annotated[float, Field(gt=0, le=1000)]
     sensor_mm: tuple[Annotated[float, Field(gt=0, le=200)], Annotated[float, Field(gt=0, le=200)]]
-    image_px: tuple[Annotated[int, Field(gt=0, le=100_000)], Annotated[int, Field(gt=0, le=100_000)]] = (5472, 3648)
+    image_px: tuple[Annotated[int, Field(gt=0, le=100_000)], Annotated[int, Field(gt=0, le=100_000)]] = (
+        5472,
+        3648,
+    )
     exposure_s: Annotated[float, Field(gt=0, le=1)] = 0.001
     min_interval_s: Annotated[float, Field(gt=0, le=60)] = 1.0
     gimbal: bool = False
@@ -160,7 +163,9 @@ class Mission(_Table):
             )
         bottom_m, top_m = self.inspection.bottom_m, self.inspection.top_m
         if bottom_m is not None and top_m is not None and bottom_m > top_m:
-            raise ValueError(f"[inspection] bottom_m = {bottom_m:g} is above top_m = {top_m:g}. Fix: swap them")
+            raise ValueError(
+                f"[inspection] bottom_m = {bottom_m:g} is above top_m = {top_m:g}. Fix: swap them"
+            )
         if self.accept.coverage is not None:
             raise ValueError(
                 f"[accept] coverage = {self.accept.coverage:g}: coverage is not worked out yet. Fix: leave the key out"

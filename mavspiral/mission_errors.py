@@ -35,7 +35,9 @@ _WANTED = {
 def describe(error: ValidationError, model: type[BaseModel]) -> str:
     """The first finding in words: key, value, what is wanted, a fix; and how many more there are."""
     # A misspelt key is reported twice, as unknown and as missing: the unknown one holds the cure.
-    findings = sorted(error.errors(include_url=False), key=lambda finding: finding["type"] != "extra_forbidden")
+    findings = sorted(
+        error.errors(include_url=False), key=lambda finding: finding["type"] != "extra_forbidden"
+    )
     line = _finding(findings[0], model)
     return line if len(findings) == 1 else f"{line} (and {len(findings) - 1} more)"
 
@@ -54,9 +56,7 @@ def _finding(finding: Any, model: type[BaseModel]) -> str:
         where = _key(location[:-1])
         if isinstance(location[-1], int):
             return f"{where}: has too few entries, entry {location[-1] + 1} is missing"
-        return (
-            f"{where + ': ' if where else ''}{location[-1]} is missing. Fix: add {_example(str(location[-1]), model)}"
-        )
+        return f"{where + ': ' if where else ''}{location[-1]} is missing. Fix: add {_example(str(location[-1]), model)}"
     wanted = _WANTED.get(kind, finding["msg"]).format(**context)
     return f"{key} = {_shown(finding['input'])}: {wanted}. Fix: e.g. {_example(_last_name(location), model)}"
 

@@ -12,9 +12,11 @@ ROOT = Path(__file__).parents[1]
 # Each line may import the lines below it, never a neighbour on its own line.
 MAVSPIRAL = """
 cli
+deliver
 closedloop
 show planner
 transit
+brief
 export flight
 survey
 mission
@@ -104,11 +106,16 @@ def test_sockets_and_wall_clocks_stay_at_the_rim():
         names = {name.split(".")[0] for name in imports(path)}
         if path not in rim:
             assert not names & {"socket", "select", "selectors", "asyncio", "time", "datetime"}, path
-    measuring_only = ast.parse((ROOT / "mavspiral/closedloop.py").read_text()), ast.parse(
-        (ROOT / "mavspiral/planner.py").read_text()
+    measuring_only = (
+        ast.parse((ROOT / "mavspiral/closedloop.py").read_text()),
+        ast.parse((ROOT / "mavspiral/planner.py").read_text()),
     )
     for tree in measuring_only:
-        clocks = {n.attr for n in ast.walk(tree) if isinstance(n, ast.Attribute) and isinstance(n.value, ast.Name) and n.value.id == "time"}
+        clocks = {
+            n.attr
+            for n in ast.walk(tree)
+            if isinstance(n, ast.Attribute) and isinstance(n.value, ast.Name) and n.value.id == "time"
+        }
         assert clocks <= {"perf_counter"}, "the planner and the closed loop only measure how long they took"
 
 
@@ -120,5 +127,16 @@ def test_truth_does_not_leak_into_the_brain():
 
 
 def test_the_top_level_is_as_agreed():
-    known = {"pyproject.toml", "mavspiral", "sitl", "missions", "tests", "README.md", "LICENSE", "out", "dist", "build"}
+    known = {
+        "pyproject.toml",
+        "mavspiral",
+        "sitl",
+        "missions",
+        "tests",
+        "README.md",
+        "LICENSE",
+        "out",
+        "dist",
+        "build",
+    }
     assert {p.name for p in ROOT.iterdir() if not p.name.startswith(".")} <= known

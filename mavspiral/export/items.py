@@ -94,7 +94,9 @@ def mission_items(
             items.append(Item(MAV_CMD_NAV_WAYPOINT, MAV_FRAME_GLOBAL_RELATIVE_ALT, (0, 0, 0, 0, *place)))
             direction = _turn(thinned.yaw_enu_rad, i)
             items.append(
-                Item(MAV_CMD_CONDITION_YAW, MAV_FRAME_MISSION, (yaw_ned_deg % 360.0, 0, direction, 0, 0, 0, 0))
+                Item(
+                    MAV_CMD_CONDITION_YAW, MAV_FRAME_MISSION, (yaw_ned_deg % 360.0, 0, direction, 0, 0, 0, 0)
+                )
             )
     items.append(Item(MAV_CMD_NAV_RETURN_TO_LAUNCH, MAV_FRAME_MISSION, (0, 0, 0, 0, 0, 0, 0)))
     return MissionItems(autopilot, home, tuple(items), thinned, speed_mps)

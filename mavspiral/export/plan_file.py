@@ -73,7 +73,9 @@ def fence_enu_m(position_enu_m: FloatArray, margin_m: float) -> FloatArray:
     reach = (position_enu_m[:, :2] @ normal.T).max(axis=0) + margin_m
     following = np.roll(normal, -1, axis=0)
     sides = np.stack([normal, following], axis=1)
-    corners: FloatArray = np.linalg.solve(sides, np.column_stack([reach, np.roll(reach, -1)])[:, :, None])[:, :, 0]
+    corners: FloatArray = np.linalg.solve(sides, np.column_stack([reach, np.roll(reach, -1)])[:, :, None])[
+        :, :, 0
+    ]
     return corners
 
 
@@ -89,7 +91,11 @@ def _simple_item(number: int, item: Item) -> dict[str, Any]:
     }
     if item.command in HAS_ALTITUDE:
         params[4], params[5] = _angle(item.params[4]), _angle(item.params[5])
-        document |= {"Altitude": item.params[6], "AltitudeMode": ALTITUDE_MODE_RELATIVE, "AMSLAltAboveTerrain": None}
+        document |= {
+            "Altitude": item.params[6],
+            "AltitudeMode": ALTITUDE_MODE_RELATIVE,
+            "AMSLAltAboveTerrain": None,
+        }
     return document
 
 

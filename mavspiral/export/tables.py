@@ -27,7 +27,11 @@ def trajectory_csv(trajectory: Trajectory, frame: LocalFrame) -> str:
     rows = [COLUMNS]
     for i, leg in enumerate(legs):
         motion = (*states.position_enu_m[i], *states.velocity_enu_mps[i], *states.acceleration_enu_mps2[i])
-        turning = (yaw_ned_deg[i], -np.degrees(states.yaw_rate_enu_radps[i]), np.degrees(states.gimbal_pitch_rad[i]))
+        turning = (
+            yaw_ned_deg[i],
+            -np.degrees(states.yaw_rate_enu_radps[i]),
+            np.degrees(states.gimbal_pitch_rad[i]),
+        )
         rows.append(
             f"{states.t_s[i]:.2f},{lat[i]:.8f},{lon[i]:.8f},{alt[i]:.3f},"
             + ",".join(f"{value + 0.0:.4f}" for value in (*motion, *turning))

@@ -91,6 +91,8 @@ def _chord_m(position_m: FloatArray) -> FloatArray:
     """Distances of the points from the straight line between the first and the last of them."""
     offset, chord = position_m - position_m[0], position_m[-1] - position_m[0]
     length_2 = float((chord * chord).sum())
-    along = np.clip((offset * chord).sum(axis=1) / length_2, 0.0, 1.0) if length_2 > 0 else np.zeros(len(offset))
+    along = (
+        np.clip((offset * chord).sum(axis=1) / length_2, 0.0, 1.0) if length_2 > 0 else np.zeros(len(offset))
+    )
     distance: FloatArray = np.sqrt(((offset - along[:, None] * chord) ** 2).sum(axis=1))
     return distance

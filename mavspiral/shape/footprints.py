@@ -63,7 +63,9 @@ def site_from_footprints(request: MapRequest, features: tuple[Feature, ...]) -> 
         tall = feature.height_agl_m
         if tall is None:
             tall = _stand_in_height_m(features)
-            warnings.append(f"{feature.name} has no height and stands near: it is taken to be {tall:.1f} m high")
+            warnings.append(
+                f"{feature.name} has no height and stands near: it is taken to be {tall:.1f} m high"
+            )
         height[mask] = np.maximum(height[mask], tall)
     parts = [f for f in chosen if f.is_part]
     lowest_part = min((_known_height_m(request, f) for f in parts), default=0.0)
@@ -86,7 +88,9 @@ def _choose(request: MapRequest, features: tuple[Feature, ...]) -> tuple[Feature
             raise InputError(f"{request.path}: no building has id {request.id!r}. Fix: it knows {known}")
         seed = named[0]
     elif request.at is not None:
-        holding = [f for f in outlines if _holds(f, *request.at)] or [f for f in features if _holds(f, *request.at)]
+        holding = [f for f in outlines if _holds(f, *request.at)] or [
+            f for f in features if _holds(f, *request.at)
+        ]
         if not holding:
             raise InputError(_nobody_there(request, features))
         seed = holding[0]

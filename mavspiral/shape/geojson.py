@@ -54,7 +54,9 @@ def read_features(path: Path) -> tuple[Feature, ...]:
             f"{path}: no FeatureCollection with 'features'. Fix: export the map as a GeoJSON FeatureCollection"
         )
     features = [
-        _feature(path, number, raw) for number, raw in enumerate(document["features"], start=1) if _is_building(raw)
+        _feature(path, number, raw)
+        for number, raw in enumerate(document["features"], start=1)
+        if _is_building(raw)
     ]
     if not features:
         raise InputError(
@@ -89,7 +91,9 @@ def _feature(path: Path, number: int, raw: dict[str, Any]) -> Feature:
     coordinates = geometry.get("coordinates")
     polygons = [coordinates] if geometry["type"] == "Polygon" else coordinates
     if not isinstance(polygons, list) or not polygons:
-        raise InputError(f"{where}: its geometry has no coordinates. Fix: give a closed ring of [lon, lat] pairs")
+        raise InputError(
+            f"{where}: its geometry has no coordinates. Fix: give a closed ring of [lon, lat] pairs"
+        )
     return Feature(
         id=identity,
         name=name,
@@ -121,7 +125,9 @@ def _ring(where: str, ring: Any) -> FloatArray:
             f"{where}: a ring has {len(points)} different corners, at least 3 are needed. Fix: close the footprint"
         )
     if not np.isfinite(points).all() or np.any(np.abs(points) > (90.0, 180.0)):
-        worst = points[np.argmax(~np.isfinite(points).all(axis=1) | np.any(np.abs(points) > (90.0, 180.0), axis=1))]
+        worst = points[
+            np.argmax(~np.isfinite(points).all(axis=1) | np.any(np.abs(points) > (90.0, 180.0), axis=1))
+        ]
         raise InputError(
             f"{where}: corner [lon {worst[1]}, lat {worst[0]}] is not on the earth in degrees. "
             "Fix: GeoJSON is [lon, lat] in WGS-84; reproject the map to EPSG:4326"
@@ -136,7 +142,9 @@ def _ring(where: str, ring: Any) -> FloatArray:
             "Fix: put the corners in order around the building"
         )
     if abs(signed_area_m2(flat)) < 1e-3:
-        raise InputError(f"{where}: its outline encloses no area. Fix: put the corners in order around the building")
+        raise InputError(
+            f"{where}: its outline encloses no area. Fix: put the corners in order around the building"
+        )
     return points
 
 

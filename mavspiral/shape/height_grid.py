@@ -40,7 +40,9 @@ def site_from_grid(request: MapRequest) -> SiteMap:
             cell_m = float(archive["cell_m"])
             origin = np.asarray(archive["origin"], dtype=np.float64)
     except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, MemoryError) as error:
-        raise InputError(f"{path}: not a readable .npz height map ({error}). Fix: write it with numpy.savez") from None
+        raise InputError(
+            f"{path}: not a readable .npz height map ({error}). Fix: write it with numpy.savez"
+        ) from None
     if height.ndim != 2 or height.size == 0:
         raise InputError(f"{path}: height_agl_m has shape {height.shape}. Fix: give a (rows, cols) array")
     if not np.isfinite(height).all():
@@ -64,7 +66,9 @@ def site_from_grid(request: MapRequest) -> SiteMap:
     return SiteMap(Site(HeightMap(np.maximum(height, 0.0), cell_m, frame, -middle), building), path.stem, ())
 
 
-def _component(request: MapRequest, height: FloatArray, cell_m: float, corner: LocalFrame) -> NDArray[np.bool_]:
+def _component(
+    request: MapRequest, height: FloatArray, cell_m: float, corner: LocalFrame
+) -> NDArray[np.bool_]:
     standing = (height > BUILDING_MIN_M).astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(standing, connectivity=8)
     if count < 2:

@@ -62,11 +62,20 @@ def write_figure(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    with mpl.rc_context({"font.size": 8.5, "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": "#9aa5b1"}):
+    with mpl.rc_context(
+        {"font.size": 8.5, "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": "#9aa5b1"}
+    ):
         figure = Figure(figsize=(12.0, 7.2), dpi=140, facecolor="white")
         FigureCanvasAgg(figure)
         grid = figure.add_gridspec(
-            max(2, len(profiles)), 2, width_ratios=[1.15, 1.0], left=0.02, right=0.97, top=0.9, bottom=0.08, hspace=0.55
+            max(2, len(profiles)),
+            2,
+            width_ratios=[1.15, 1.0],
+            left=0.02,
+            right=0.97,
+            top=0.9,
+            bottom=0.08,
+            hspace=0.55,
         )
         states = trajectory.sampled(GRID_S)
         scene = Scene()
@@ -107,11 +116,15 @@ def _title(figure: Figure, title: str, flown: FlownPath | None) -> None:
         figure.text(0.13, 0.915, f"flown ({flown.source})", color=FLOWN, fontsize=9, fontweight="bold")
 
 
-def _from_above(axes: Axes, site: Site, states: TrajectoryState, spiral: FloatArray, flown: FlownPath | None) -> None:
+def _from_above(
+    axes: Axes, site: Site, states: TrajectoryState, spiral: FloatArray, flown: FlownPath | None
+) -> None:
     heights = site.heights
     west, south, east, north = heights.bounds_enu_m
     shown = np.where(heights.height_agl_m > 0, heights.height_agl_m, np.nan)
-    axes.imshow(shown, extent=(west, east, south, north), origin="lower", cmap="Greys", vmin=-heights.top_m / 2)
+    axes.imshow(
+        shown, extent=(west, east, south, north), origin="lower", cmap="Greys", vmin=-heights.top_m / 2
+    )
     xy = states.position_enu_m[:, :2]
     axes.plot(*xy.T, color=TRANSIT, lw=0.8)
     axes.plot(*np.where(spiral[:, None], xy, np.nan).T, color=PLANNED, lw=1.4)

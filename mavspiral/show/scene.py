@@ -54,7 +54,10 @@ class Scene:
 
     def add_site(self, site: Site) -> None:
         """The site's blocks: a wall face for each side of each outline, a roof for each level."""
-        for heights_m, rgb in ((site.obstacle_height_m, OBSTACLE_RGB), (site.building_height_m, BUILDING_RGB)):
+        for heights_m, rgb in (
+            (site.obstacle_height_m, OBSTACLE_RGB),
+            (site.building_height_m, BUILDING_RGB),
+        ):
             for outline, bottom_m, top_m, is_hole in _blocks(heights_m, site.heights):
                 self._add_walls(outline, bottom_m, top_m, rgb)
                 if not is_hole:
@@ -74,7 +77,8 @@ class Scene:
 
         assert isinstance(axes, Axes)
         items = sorted(
-            [(face.depth, face) for face in self.faces] + [(line[0], line) for line in self.lines], key=lambda i: i[0]
+            [(face.depth, face) for face in self.faces] + [(line[0], line) for line in self.lines],
+            key=lambda i: i[0],
         )
         order = 1.0
         for is_face, run in _runs([item for _, item in items]):

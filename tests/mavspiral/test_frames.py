@@ -24,7 +24,8 @@ metres = st.floats(-800, 800)
 
 
 @pytest.mark.parametrize(
-    ("compass_deg", "east", "north"), [(0, 0, 1), (90, 1, 0), (180, 0, -1), (270, -1, 0), (45, 1, 1), (135, 1, -1)]
+    ("compass_deg", "east", "north"),
+    [(0, 0, 1), (90, 1, 0), (180, 0, -1), (270, -1, 0), (45, 1, 1), (135, 1, -1)],
 )
 def test_compass_points(compass_deg, east, north):
     yaw_enu = float(np.arctan2(north, east))

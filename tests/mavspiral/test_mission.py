@@ -33,7 +33,11 @@ BAD = [
     ("schema = 1", "", ["schema is missing"]),
     ('name = "t"', 'name = "../t"', ['name = "../t"']),
     ("[13.2, 8.8]", "[13.2]", ["[camera] sensor_mm", "too few"]),
-    ("[inspection]", '[vehicle]\nautopilot = "dji"\n[inspection]', ['autopilot = "dji"', "'px4' or 'ardupilot'"]),
+    (
+        "[inspection]",
+        '[vehicle]\nautopilot = "dji"\n[inspection]',
+        ['autopilot = "dji"', "'px4' or 'ardupilot'"],
+    ),
     ("[inspection]", "[vehicle]\nhome = [-99.1, 19.4]\n[inspection]", ["home", "-99.1", "at least -90"]),
     ("[inspection]", "[accept]\ncoverage = 0.9\n[inspection]", ["[accept] coverage", "not worked out yet"]),
     ("[inspection]", "[[keepout]]\nheight_m = [0, 8]\n[inspection]", ["keepout", "circle", "polygon"]),

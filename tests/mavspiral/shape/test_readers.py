@@ -29,7 +29,10 @@ def box(x, y, w, d):
 
 
 def feature(points, id=None, **tags):
-    tags = {key.replace("__", ":"): value for key, value in tags.items()} or {"building": "yes", "height": "10"}
+    tags = {key.replace("__", ":"): value for key, value in tags.items()} or {
+        "building": "yes",
+        "height": "10",
+    }
     return {
         "type": "Feature",
         "id": id or "f",
@@ -45,7 +48,9 @@ def write(tmp_path, *features, name="map.geojson"):
 
 
 def read(path, **request):
-    return read_site(MapRequest(path, request.pop("cell_m", 0.25), request.pop("ground_amsl_m", 100.0), **request))
+    return read_site(
+        MapRequest(path, request.pop("cell_m", 0.25), request.pop("ground_amsl_m", 100.0), **request)
+    )
 
 
 def refusal(path, **request):
@@ -178,7 +183,9 @@ def test_refusals_of_grids(tmp_path):
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_covered_cells_hold_every_point_of_the_polygon(data):
-    corners = data.draw(st.lists(st.tuples(st.floats(1, 19), st.floats(1, 19)), min_size=3, max_size=7, unique=True))
+    corners = data.draw(
+        st.lists(st.tuples(st.floats(1, 19), st.floats(1, 19)), min_size=3, max_size=7, unique=True)
+    )
     points = np.array(corners)
     if crossing(points) is not None:
         return
@@ -196,7 +203,9 @@ def test_covered_cells_hold_every_point_of_the_polygon(data):
 
 def _away(points, x, y):
     a, b = points, np.roll(points, -1, axis=0)
-    along = np.clip(((np.array([x, y]) - a) * (b - a)).sum(1) / np.maximum(((b - a) ** 2).sum(1), 1e-12), 0, 1)
+    along = np.clip(
+        ((np.array([x, y]) - a) * (b - a)).sum(1) / np.maximum(((b - a) ** 2).sum(1), 1e-12), 0, 1
+    )
     return np.hypot(*(a + along[:, None] * (b - a) - [x, y]).T).min()
 
 

@@ -1,0 +1,146 @@
+"""A mission in the planner's own values: SI, ENU, and what follows from them on this site."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from mavspiral.arrays import FloatArray
+from mavspiral.errors import InputError, LimitError
+from mavspiral.mission import Mission
+from mavspiral.motion.limits import Limits
+from mavspiral.shape.heightmap import Site
+from mavspiral.shape.keepout import circle_ring_m, with_obstacle
+from mavspiral.shape.readers import MapRequest
+from mavspiral.survey.camera import Camera
+from mavspiral.survey.clearance import ClearanceBudget
+from mavspiral.survey.solids import Solids
+
+__all__ = [
+    "band_m",
+    "budget_of",
+    "camera_of",
+    "home_enu_m",
+    "limits_of",
+    "map_request",
+    "pace_of",
+    "with_keepouts",
+]
+
+HOME_AWAY_M = 35.0
+HOME_LOWER_M = 3.0
+NAVIGATION_SIGMA_M = {"rtk": 0.05, "standard": 1.0}
+TRACKING_SIGMA_M = 0.15
+
+
+def map_request(mission: Mission) -> MapRequest:
+    """Which building of which map."""
+    b = mission.building
+    return MapRequest(mission.map_path, b.cell_m, b.ground_amsl_m, b.at, b.id)
+
+
+def with_keepouts(mission: Mission, site: Site) -> Site:
+    """The site with the mission's keep-out volumes standing in it."""
+    frame = site.heights.frame
+    for keepout in mission.keepout:
+        if keepout.circle is not None:
+            lat, lon, radius_m = keepout.circle
+            x, y, _ = frame.to_enu(lat, lon, frame.origin.alt_amsl_m)
+            ring = circle_ring_m(float(x), float(y), radius_m)
+        else:
+            corners = np.array(keepout.polygon)
+            ring = frame.to_enu(corners[:, 0], corners[:, 1], frame.origin.alt_amsl_m)[:, :2]
+        site = with_obstacle(site, ring, keepout.height_m[1])
+    return site
+
+
+def camera_of(mission: Mission) -> Camera:
+    """The mission's camera in metres."""
+    c = mission.camera
+    return Camera(
+        focal_length_m=c.focal_length_mm / 1e3,
+        sensor_m=(c.sensor_mm[0] / 1e3, c.sensor_mm[1] / 1e3),
+        image_px=c.image_px,
+        exposure_s=c.exposure_s,
+        min_interval_s=c.min_interval_s,
+        gimbal=c.gimbal,
+    )
+
+
+def limits_of(mission: Mission) -> Limits:
+    """The mission's limits; the yaw rate may change by itself within a second."""
+    m = mission.limits
+    yaw_rate_radps = math.radians(m.yaw_rate_dps)
+    return Limits(
+        speed_mps=m.speed_mps,
+        climb_mps=m.climb_mps,
+        descent_mps=m.descent_mps,
+        acceleration_mps2=m.acceleration_mps2,
+        jerk_mps3=m.jerk_mps3,
+        yaw_rate_radps=yaw_rate_radps,
+        yaw_acceleration_radps2=yaw_rate_radps / 1.0,
+    )
+
+
+def pace_of(mission: Mission, camera: Camera, limits: Limits) -> Limits:
+    """The limits on the spiral: no faster than sharp pictures and the shutter allow."""
+    sharp_mps = camera.speed_limit_mps(
+        mission.inspection.standoff_m, mission.inspection.side_overlap, mission.quality.blur_max_px
+    )
+    return limits if sharp_mps >= limits.speed_mps else replace(limits, speed_mps=sharp_mps)
+
+
+def band_m(mission: Mission, site: Site, camera: Camera) -> tuple[float, float]:
+    """The heights of the lowest and the highest turn.
+
+    By default the lowest shot shows the foot of the wall and the highest its top, but for what the
+    clearance above ground and the building's own height forbid.
+    """
+    half_m = camera.footprint_m(mission.inspection.standoff_m)[1] / 2
+    asked = mission.inspection
+    top_of_building_m = float(site.building_height_m.max())
+    bottom_m = asked.bottom_m if asked.bottom_m is not None else max(mission.limits.clearance_m, half_m)
+    top_m = asked.top_m if asked.top_m is not None else max(bottom_m, top_of_building_m - half_m)
+    if bottom_m > top_m:
+        raise InputError(
+            f"[inspection] bottom_m = {bottom_m:g} is above the top of the band, {top_m:g} m. Fix: lower it"
+        )
+    if top_m > mission.limits.ceiling_m:
+        raise LimitError(
+            f"the highest turn is {top_m:.1f} m above ground, [limits] ceiling_m = {mission.limits.ceiling_m:g}. "
+            f"Fix: ceiling_m ≥ {math.ceil(top_m)}, or [inspection] top_m = {mission.limits.ceiling_m:g}"
+        )
+    return bottom_m, top_m
+
+
+def budget_of(mission: Mission) -> ClearanceBudget:
+    """What may go wrong between the curve and a wall, from the mission's own figures."""
+    return ClearanceBudget(
+        vehicle_radius_m=mission.vehicle.radius_m,
+        map_sigma_m=mission.building.map_error_m,
+        navigation_sigma_m=NAVIGATION_SIGMA_M[mission.vehicle.gps],
+        tracking_sigma_m=TRACKING_SIGMA_M,
+    )
+
+
+def home_enu_m(mission: Mission, site: Site, required_m: float) -> FloatArray:
+    """The mission's home, else the first free place south-west of the building, 35 m away or more, and 3 m lower."""
+    frame = site.heights.frame
+    if mission.vehicle.home is not None:
+        alt_amsl_m = frame.origin.alt_amsl_m + mission.vehicle.home_height_m
+        return frame.to_enu(*mission.vehicle.home, alt_amsl_m)
+    away_m = np.arange(HOME_AWAY_M, HOME_AWAY_M + 500.0, 1.0)
+    places = np.column_stack(
+        [-away_m / math.sqrt(2), -away_m / math.sqrt(2), np.full(len(away_m), -HOME_LOWER_M)]
+    )
+    free = np.flatnonzero(
+        Solids.of(site.heights.height_agl_m, site.heights.cell_m, site.heights.origin_enu_m).distance_m(
+            places
+        )
+        >= required_m + 2.0
+    )
+    if not len(free):
+        raise InputError("no free place for a home was found. Fix: set [vehicle] home = [lat, lon]")
+    return np.asarray(places[free[0]])

@@ -1,0 +1,126 @@
+"""The verbs. The only place that prints or exits.
+
+Exit codes: 0 it holds · 1 it was worked out and does not hold · 2 the input contradicts itself or cannot be
+read · 3 nobody at the other end of the link.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mavspiral.errors import MavspiralError
+
+if TYPE_CHECKING:
+    from mavspiral.mission import Mission
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    help="One smooth spiral around a building: planned, flown in simulation, measured, and flown for real.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+MissionFile = Annotated[Path, typer.Argument(help="The mission file (TOML).", show_default=False)]
+Out = Annotated[Path | None, typer.Option("--out", help="The folder for the files; by default out/NAME.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+
+
+def main() -> None:
+    """Runs the verb of the command line; errors are one line each, and their exit codes."""
+    try:
+        app()
+    except MavspiralError as error:
+        print(f"mavspiral: {error}", file=sys.stderr)
+        sys.exit(error.exit_code)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(1)
+
+
+@app.command()
+def plan(mission: MissionFile, out: Out = None, as_json: Json = False) -> None:
+    """Plan the inspection, judge it, and write NAME.plan, .waypoints, .csv, .kml, .png and .json."""
+    from mavspiral.deliver import write_plan
+    from mavspiral.planner import plan as make_plan
+    from mavspiral.show.rows import plan_rows
+
+    brief = _load(mission)
+    inspection = make_plan(brief)
+    summary = inspection.summary()
+    summary["files"] = write_plan(inspection, _folder(out, brief), summary)
+    _tell(summary, as_json, plan_rows(summary))
+
+
+@app.command()
+def simulate(
+    mission: MissionFile,
+    wind: Annotated[
+        float, typer.Option("--wind", help="Mean wind from the west, m/s.", min=0.0, max=30.0)
+    ] = 0.0,
+    gust: Annotated[bool, typer.Option("--gust", help="Add Dryden gusts to the wind.")] = False,
+    seed: Annotated[
+        int, typer.Option("--seed", help="Of every random number; same seed, same bits.", min=0)
+    ] = 0,
+    fault: Annotated[
+        list[str] | None, typer.Option("--fault", help="NAME[=VALUE]@START[+DURATION], e.g. motor=2:0.5@60s.")
+    ] = None,
+    out: Out = None,
+    as_json: Json = False,
+) -> None:
+    """Fly it closed loop against the bundled vehicle and judge it against [accept]."""
+    from mavspiral.closedloop import simulate as fly_simulated
+    from mavspiral.deliver import write_flight
+    from mavspiral.show.rows import flight_rows
+
+    brief = _load(mission)
+    flight = fly_simulated(brief, seed=seed, wind_mps=wind, gusts=gust, faults=tuple(fault or ()))
+    summary = flight.summary()
+    summary["files"] = write_flight(flight, _folder(out, brief), summary)
+    _tell(summary, as_json, flight_rows(summary, brief))
+    if not flight.passed:
+        raise typer.Exit(1)
+
+
+def _load(path: Path) -> Mission:
+    from mavspiral.mission import load_mission
+
+    return load_mission(path)
+
+
+def _folder(out: Path | None, mission: Mission) -> Path:
+    return out if out is not None else Path("out") / mission.name
+
+
+def _tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str]]) -> None:
+    if as_json:
+        print(json.dumps(summary, ensure_ascii=False, allow_nan=False))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    table = Table(
+        title=summary["name"], title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0)
+    )
+    for header, side in (("figure", "left"), ("value", "right"), ("asked", "left")):
+        table.add_column(header, justify=side, header_style="dim")  # type: ignore[arg-type]
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+    for warning in summary.get("warnings", ()):
+        console.print(f"[yellow]warning[/] {warning}", soft_wrap=True)
+    for failure in summary.get("failures", ()):
+        console.print(f"[red]failed[/] {failure}", soft_wrap=True)
+    if "passed" in summary:
+        console.print("[green]passed[/]" if summary["passed"] else "[red]failed[/]")
+    files = sorted(summary["files"].values())
+    if files:
+        console.print(f"[dim]wrote {len(files)} files to {Path(files[0]).parent}[/]", soft_wrap=True)

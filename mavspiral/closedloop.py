@@ -1,0 +1,292 @@
+"""The whole chain in one process: planner, streamer and vehicle exchange MAVLink bytes on one simulated clock.
+
+The session that flies here is the one that flies real vehicles, and it meets the vehicle only through bytes.
+The only file of mavspiral that imports sitl.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from sitl.airframe import load_airframe
+from sitl.faults import Fault, parse_fault
+from sitl.params import Params
+from sitl.rotation import yaw_of
+from sitl.simulator import Simulator, SimulatorConfig
+from sitl.vehicle import VehicleConfig
+
+from mavspiral.arrays import FloatArray
+from mavspiral.errors import InputError, LimitError
+from mavspiral.flight.flight_log import FlightLog, TlogWriter
+from mavspiral.flight.outcome import Outcome
+from mavspiral.flight.schedule import StreamFigures
+from mavspiral.flight.session import Session
+from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
+from mavspiral.mission import Mission
+from mavspiral.planner import Inspection, plan
+from mavspiral.survey.solids import Solids
+from sitl.signals import GeoPoint as VehiclePoint
+
+__all__ = ["Flight", "simulate"]
+
+TLOG_EPOCH_US = 1_577_836_800_000_000
+"""Simulated flights are logged as if they began on 2020-01-01, so that equal flights give equal files."""
+
+HEADING_NED_RAD = math.radians(40.0)
+PATIENCE = 3.0
+"""A flight may take this many times its planned duration."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flight:
+    """A simulated flight and what was measured on it, by truth."""
+
+    inspection: Inspection
+    outcome: Outcome
+    log: FlightLog
+    tlog: bytes
+    seed: int
+    sim_s: float
+    wall_s: float
+    stream: StreamFigures
+    tracking_m: FloatArray
+    clearance_m: FloatArray
+    estimate_error_m: FloatArray
+    nees: FloatArray
+    battery_used: float
+
+    @property
+    def tracking_p95_m(self) -> float:
+        """95 % of the inspection was flown nearer to the reference than this; NaN if none of it was flown."""
+        return _quantile(self.tracking_m, 0.95)
+
+    @property
+    def clearance_min_m(self) -> float:
+        """The nearest that the vehicle came to anything solid, take-off to landing."""
+        return float(self.clearance_m.min())
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """What does not hold, in words: the flight itself, then each key of [accept]."""
+        accept = self.inspection.mission.accept
+        found = [] if self.outcome.ok else [f"the flight: {self.outcome.reason}"]
+        if self.clearance_min_m <= self.inspection.mission.vehicle.radius_m:
+            found.append(f"collision: {self.clearance_min_m:.2f} m from something solid")
+        for name, measured, allowed, at_least in (
+            ("tracking_p95_m", self.tracking_p95_m, accept.tracking_p95_m, False),
+            ("tracking_max_m", _quantile(self.tracking_m, 1.0), accept.tracking_max_m, False),
+            ("clearance_min_m", self.clearance_min_m, accept.clearance_min_m, True),
+            ("duration_max_s", self.sim_s, accept.duration_max_s, False),
+        ):
+            if allowed is None:
+                continue
+            # Written so that a NaN, nothing measured, fails.
+            if not (measured >= allowed if at_least else measured <= allowed):
+                bound = "at least" if at_least else "at most"
+                found.append(f"[accept] {name}: {measured:.3f}, wanted {bound} {allowed:g}")
+        return tuple(found)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the flight went as planned and everything in [accept] holds."""
+        return not self.failures
+
+    def summary(self) -> dict[str, Any]:
+        """The figures of `simulate --json`; what is not worked out is None."""
+        return {
+            "name": self.inspection.mission.name,
+            "seed": self.seed,
+            "autopilot": self.inspection.mission.vehicle.autopilot,
+            "via": "stream",
+            "sim_s": round(self.sim_s, 2),
+            "wall_s": round(self.wall_s, 3),
+            "rtf": round(self.sim_s / self.wall_s, 1),
+            "tracking": {
+                "rms_m": _rounded(_rms(self.tracking_m)),
+                "p95_m": _rounded(self.tracking_p95_m),
+                "max_m": _rounded(_quantile(self.tracking_m, 1.0)),
+            },
+            "estimator": {
+                "rms_m": _rounded(_rms(self.estimate_error_m)),
+                "nees_mean": _rounded(_mean(self.nees)),
+            },
+            "clearance_min_m": _rounded(self.clearance_min_m),
+            "coverage": {"walls": None, "roof": None},
+            "battery_used_pct": round(100.0 * self.battery_used, 1),
+            "setpoints": {"sent": self.stream.sent_n, "rate_hz": round(self.stream.rate_hz, 2)},
+            "events": [
+                {"t_s": e.t_us / 1e6, "severity": e.severity, "text": e.text} for e in self.log.events
+            ],
+            "passed": self.passed,
+            "failures": list(self.failures),
+        }
+
+
+def simulate(
+    mission: Mission | Inspection,
+    *,
+    seed: int = 0,
+    wind_mps: float = 0.0,
+    gusts: bool = False,
+    faults: tuple[str, ...] = (),
+) -> Flight:
+    """The mission (or its plan) flown from take-off to landing by the bundled vehicle; same seed, same bits.
+
+    The vehicle stands at the mission's home; its EKF's origin is neither that place nor the plan's origin.
+
+    Raises:
+        InputError: a fault or an airframe that nobody knows.
+        LimitError: the plan does not keep its own limits.
+    """
+    inspection = plan(mission) if isinstance(mission, Mission) else mission
+    mission = inspection.mission
+    simulator = Simulator(_config(inspection, seed, wind_mps, gusts, faults))
+    tape = io.BytesIO()
+    session = Session(
+        inspection.route_from, inspection.site.heights.frame, tap=TlogWriter(tape, TLOG_EPOCH_US).write
+    )
+    witness = _Witness(simulator)
+    limit_us = round(1e6 * (PATIENCE * inspection.trajectory.duration_s + 300.0))
+    begin_s = time.perf_counter()
+    now_us, to_vehicle = 0, b""
+    while session.outcome is None and now_us < limit_us:
+        vehicle = simulator.step(now_us, to_vehicle)
+        step = session.step(now_us, vehicle.send)
+        witness.note(now_us)
+        to_vehicle = step.send
+        now_us = min(vehicle.next_due_us, step.next_due_us)
+    wall_s = time.perf_counter() - begin_s
+    outcome = session.outcome or Outcome(False, session.state, f"not over after {now_us / 1e6:.0f} s", 1)
+    return _measured(inspection, session, outcome, witness, tape.getvalue(), seed, now_us / 1e6, wall_s)
+
+
+def _config(
+    inspection: Inspection, seed: int, wind_mps: float, gusts: bool, faults: tuple[str, ...]
+) -> SimulatorConfig:
+    mission = inspection.mission
+    try:
+        orders: tuple[Fault, ...] = tuple(parse_fault(spec) for spec in faults)
+    except ValueError as error:
+        raise InputError(f"--fault {error}") from None
+    try:
+        airframe = load_airframe(mission.vehicle.airframe)
+    except (OSError, ValueError) as error:
+        raise InputError(f"[vehicle] airframe = {mission.vehicle.airframe!r}: {error}") from None
+    home = inspection.site.heights.frame.geo_point(inspection.home_enu_m)
+    return SimulatorConfig(
+        vehicle=VehicleConfig(
+            airframe=airframe,
+            params=Params(airframe.params),
+            home=VehiclePoint(home.lat_deg, home.lon_deg, home.alt_amsl_m),
+            heading_ned_rad=HEADING_NED_RAD,
+            seed=seed,
+            gps=mission.vehicle.gps,
+            wind_ned_mps=(0.0, wind_mps, 0.0),
+            gusts=gusts,
+            faults=orders,
+        )
+    )
+
+
+class _Witness:
+    """Writes down the truth, and what the vehicle believes, at every step: neither reaches the session."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        self._rows: list[tuple[float, ...]] = []
+
+    def note(self, now_us: int) -> None:
+        truth, estimate = self._simulator.truth, self._simulator.vehicle.estimate
+        self._rows.append(
+            (
+                now_us,
+                *truth.position_ned_m,
+                *truth.velocity_ned_mps,
+                yaw_of(*truth.q_ned_frd),
+                *estimate.position_ned_m,
+                *estimate.position_variance_m2,
+            )
+        )
+
+    def columns(self) -> FloatArray:
+        """Rows of time, true position, velocity and yaw in NED about home; believed position, its variance."""
+        return np.array(self._rows)
+
+
+def _measured(
+    inspection: Inspection,
+    session: Session,
+    outcome: Outcome,
+    witness: _Witness,
+    tlog: bytes,
+    seed: int,
+    sim_s: float,
+    wall_s: float,
+) -> Flight:
+    simulator = witness._simulator
+    seen = witness.columns()
+    home = inspection.site.heights.frame.geo_point(inspection.home_enu_m)
+    to_home = inspection.site.heights.frame.to_vehicle(home)
+    position_enu_m = to_home.position_enu_m(seen[:, 1:4])
+    heights = inspection.site.heights
+    solids = Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
+
+    if session.trajectory is None:
+        raise LimitError(f"{inspection.mission.name}: the flight never began: {outcome.reason}")
+    log = session.log()
+    at = np.searchsorted(seen[:, 0], log.t_us)
+    log = log.with_truth(
+        position_enu_m[at], seen[at, 4:7] @ to_home.R_ned_enu, np.unwrap(yaw_ned_to_enu(seen[at, 7]))
+    )
+    inspecting = log.on_leg("inspection")
+    tracking_m = np.sqrt(((position_enu_m[at] - log.reference_position_enu_m)[inspecting] ** 2).sum(axis=1))
+    believed_enu_m = _believed_map(inspection, simulator).position_enu_m(seen[at, 8:11])
+    error_m = believed_enu_m - position_enu_m[at]
+    variance_enu_m2 = seen[at, 11:14][:, [1, 0, 2]]
+    nees = (error_m**2 / variance_enu_m2).sum(axis=1) / 3.0
+    return Flight(
+        inspection=inspection,
+        outcome=outcome,
+        log=log,
+        tlog=tlog,
+        seed=seed,
+        sim_s=sim_s,
+        wall_s=wall_s,
+        stream=session.figures,
+        tracking_m=tracking_m,
+        clearance_m=solids.distance_m(position_enu_m),
+        estimate_error_m=np.sqrt((error_m[inspecting] ** 2).sum(axis=1)),
+        nees=nees[inspecting],
+        battery_used=1.0 - simulator.vehicle.battery.remaining,
+    )
+
+
+def _believed_map(inspection: Inspection, simulator: Simulator) -> RigidMap:
+    """From the plan's ENU to the frame that the estimator's positions are in."""
+    origin = simulator.vehicle.origin
+    assert origin is not None, "a flight without an EKF origin"
+    return inspection.site.heights.frame.to_vehicle(
+        GeoPoint(origin.lat_deg, origin.lon_deg, origin.alt_amsl_m)
+    )
+
+
+def _rms(values: FloatArray) -> float:
+    return math.sqrt(float((values**2).mean())) if len(values) else math.nan
+
+
+def _mean(values: FloatArray) -> float:
+    return float(values.mean()) if len(values) else math.nan
+
+
+def _quantile(values: FloatArray, share: float) -> float:
+    return float(np.quantile(values, share)) if len(values) else math.nan
+
+
+def _rounded(value: float) -> float | None:
+    """Millimetres; None for what was not measured, because JSON has no NaN."""
+    return round(value, 3) if math.isfinite(value) else None

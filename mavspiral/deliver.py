@@ -1,0 +1,135 @@
+"""The files of a plan and of a flight, each written whole or not at all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mavspiral.export.geo import trajectory_kml
+from mavspiral.export.items import mission_items
+from mavspiral.export.plan_file import plan_document
+from mavspiral.export.tables import trajectory_csv
+from mavspiral.export.waypoints import waypoints_text
+from mavspiral.files import write_bytes, write_json, write_text
+from mavspiral.planner import Inspection
+from mavspiral.show.figures import FlownPath, Profile, write_figure
+from mavspiral.show.report import report_html
+from mavspiral.show.rows import flight_rows
+
+if TYPE_CHECKING:
+    from mavspiral.closedloop import Flight
+
+__all__ = ["write_flight", "write_plan"]
+
+
+def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
+    """The plan's files by kind: plan, waypoints, csv, kml, png and json (the summary)."""
+    mission, frame, trajectory = inspection.mission, inspection.site.heights.frame, inspection.trajectory
+    items = mission_items(
+        trajectory,
+        frame,
+        inspection.home_enu_m,
+        autopilot=mission.vehicle.autopilot,
+        items_max=mission.vehicle.max_items,
+    )
+    document = plan_document(
+        items,
+        frame,
+        inspection.clearance.position_enu_m,
+        name=mission.name,
+        fence_margin_m=mission.limits.clearance_m,
+    )
+    base = folder / mission.name
+    files = {
+        "plan": write_json(base.with_name(f"{mission.name}.plan"), document),
+        "waypoints": write_text(base.with_name(f"{mission.name}.waypoints"), waypoints_text(items)),
+        "csv": write_text(base.with_name(f"{mission.name}.csv"), trajectory_csv(trajectory, frame)),
+        "kml": write_text(
+            base.with_name(f"{mission.name}.kml"), trajectory_kml(trajectory, frame, mission.name)
+        ),
+        "png": write_figure(
+            base.with_name(f"{mission.name}.png"),
+            title=f"{mission.name}: planned",
+            site=inspection.site,
+            trajectory=trajectory,
+            profiles=_plan_profiles(inspection),
+        ),
+    }
+    names = {kind: str(path) for kind, path in files.items()}
+    names["json"] = str(base.with_name(f"{mission.name}.json"))
+    write_json(Path(names["json"]), {**summary, "files": names})
+    return names
+
+
+def write_flight(flight: Flight, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
+    """The plan's files, and the flight's: tlog, npz, png, html and json."""
+    inspection = flight.inspection
+    name = inspection.mission.name
+    names = write_plan(inspection, folder, inspection.summary())
+    log = flight.log
+    assert log.truth_position_enu_m is not None
+    t_s = log.t_us / 1e6 - log.t_us[0] / 1e6
+    picture = write_figure(
+        folder / f"{name}.flight.png",
+        title=f"{name}: planned and flown",
+        site=inspection.site,
+        trajectory=inspection.trajectory,
+        profiles=_flight_profiles(flight),
+        flown=FlownPath(t_s, log.truth_position_enu_m, "truth"),
+    )
+    log.save(folder / f"{name}.flight.npz")
+    page = report_html(
+        title=name,
+        subtitle=f"simulated flight, seed {flight.seed}, {summary['autopilot']}; all distances by truth",
+        passed=flight.passed,
+        failures=flight.failures,
+        figures=flight_rows(summary, inspection.mission),
+        events=((e.t_us / 1e6, e.severity, e.text) for e in log.events),
+        picture=picture,
+    )
+    names |= {
+        "tlog": str(write_bytes(folder / f"{name}.tlog", flight.tlog)),
+        "npz": str(folder / f"{name}.flight.npz"),
+        "flight_png": str(picture),
+        "html": str(write_text(folder / f"{name}.html", page)),
+        "simulate_json": str(folder / f"{name}.simulate.json"),
+    }
+    write_json(Path(names["simulate_json"]), {**summary, "files": names})
+    return names
+
+
+def _plan_profiles(inspection: Inspection) -> tuple[Profile, ...]:
+    states = inspection.trajectory.sampled(0.1)
+    figures, clearance = inspection.certificate, inspection.clearance
+
+    def norm(vectors: np.ndarray) -> np.ndarray:
+        return np.sqrt((vectors**2).sum(axis=1))
+
+    return (
+        Profile("speed, m/s", states.t_s, norm(states.velocity_enu_mps), figures["speed"].allowed),
+        Profile(
+            "acceleration, m/s²",
+            states.t_s,
+            norm(states.acceleration_enu_mps2),
+            figures["acceleration"].allowed,
+        ),
+        Profile("jerk, m/s³", states.t_s, norm(states.jerk_enu_mps3), figures["jerk"].allowed),
+        Profile("clearance, m", clearance.t_s, clearance.distance_m, inspection.clearance_required_m),
+    )
+
+
+def _flight_profiles(flight: Flight) -> tuple[Profile, ...]:
+    log = flight.log
+    assert log.truth_position_enu_m is not None
+    t_s = log.t_us / 1e6 - log.t_us[0] / 1e6
+    error_m = np.sqrt(((log.truth_position_enu_m - log.reference_position_enu_m) ** 2).sum(axis=1))
+    believed_m = np.sqrt(((log.truth_position_enu_m - log.estimate_position_enu_m) ** 2).sum(axis=1))
+    accept = flight.inspection.mission.accept
+    return (
+        Profile("tracking error (truth against reference), m", t_s, error_m, accept.tracking_p95_m),
+        Profile("estimate against truth, m", t_s, believed_m, None),
+        Profile("height above ground, m", t_s, log.truth_position_enu_m[:, 2], None),
+        Profile("clearance, m", t_s, flight.clearance_m[-len(t_s) :], accept.clearance_min_m),
+    )

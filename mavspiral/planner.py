@@ -1,0 +1,222 @@
+"""From a mission to a plan: the whole recipe is `plan`.
+
+map ─► outlines ─► spiral ─► time law ─► trajectory ─► certificate
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mavspiral.arrays import FloatArray
+from mavspiral.brief import (
+    band_m,
+    budget_of,
+    camera_of,
+    home_enu_m,
+    limits_of,
+    map_request,
+    pace_of,
+    with_keepouts,
+)
+from mavspiral.curve.gaze import inward_gaze
+from mavspiral.curve.spiral import Spiral, plan_spiral
+from mavspiral.errors import LimitError
+from mavspiral.mission import Mission
+from mavspiral.motion.limits import Limits
+from mavspiral.motion.timing import fastest_law
+from mavspiral.motion.trajectory import Leg, Trajectory, TrajectoryState
+from mavspiral.shape.heightmap import Site
+from mavspiral.shape.readers import SiteMap, read_site
+from mavspiral.survey.certificate import Certificate, ceiling_figure, clearance_figures, motion_figures
+from mavspiral.survey.clearance import Clearance, measure_clearance
+from mavspiral.survey.solids import Solids
+from mavspiral.transit import judge_home, safe_way, transit_legs
+
+__all__ = ["TAKEOFF_M", "Inspection", "plan"]
+
+TAKEOFF_M = 4.0
+"""The autopilot takes off to this height above home; there the trajectory begins and ends."""
+
+GRID_S = 0.01
+"""Limits are judged on this grid."""
+
+REACTION_S = 1.0
+"""PX4 notices after COM_OF_LOSS_T = 1 s that setpoints have ceased, and flies on until then."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inspection:
+    """A plan: the curve, when to be where on it, and the proof that it keeps its limits."""
+
+    mission: Mission
+    site: Site
+    spiral: Spiral
+    leg: Leg
+    home_enu_m: FloatArray
+    trajectory: Trajectory
+    clearance: Clearance
+    clearance_required_m: float
+    certificate: Certificate
+    warnings: tuple[str, ...]
+    planning_ms: dict[str, float]
+
+    def route_from(self, home_enu_m: FloatArray) -> Trajectory:
+        """The same inspection flown from another home, `(3,)` in the plan's ENU.
+
+        Raises:
+            InputError: that home is in or at a wall.
+            LimitError: no way from there to the spiral and back keeps the clearance.
+        """
+        return _route(self.mission, self.site, self.leg, home_enu_m, self.clearance_required_m)
+
+    def summary(self) -> dict[str, Any]:
+        """The figures of `plan --json`; what is not worked out yet is None."""
+        figures, spiral = self.certificate, self.spiral.path
+        u = np.linspace(0.0, spiral.u_end_rad, 20_000)
+        return {
+            "name": self.mission.name,
+            "rings": spiral.rings,
+            "parts": 1,
+            "harmonics": [spiral.harmonics],
+            "length_m": round(float(np.sqrt((np.diff(spiral(u), axis=0) ** 2).sum(axis=1)).sum()), 2),
+            "duration_s": round(self.trajectory.duration_s, 2),
+            "speed_max_mps": round(figures["speed"].worst, 4),
+            "acceleration_max_mps2": round(figures["acceleration"].worst, 4),
+            "jerk_max_mps3": round(figures["jerk"].worst, 4),
+            "yaw_rate_max_dps": round(math.degrees(figures["yaw rate"].worst), 4),
+            "clearance_min_m": round(figures["clearance"].worst, 3),
+            "clearance_required_m": round(self.clearance_required_m, 3),
+            "photos": None,
+            "sorties": None,
+            "coverage": {"walls": None, "roof": None, "gsd_p95_mm": None, "incidence_p95_deg": None},
+            "planning_ms": {stage: round(ms, 2) for stage, ms in self.planning_ms.items()},
+            "failsafe": None,
+            "warnings": list(self.warnings),
+        }
+
+
+def plan(mission: Mission) -> Inspection:
+    """The inspection of the mission's building.
+
+    Raises:
+        InputError: the map, or the mission on this map, contradicts itself.
+        LimitError: the plan does not keep its own limits; the place and the number are named.
+    """
+    watch = _Watch()
+    site_map = read_site(map_request(mission))
+    site = with_keepouts(mission, site_map.site)
+    camera, limits = camera_of(mission), limits_of(mission)
+    watch.lap("map")
+
+    bottom_m, top_m = band_m(mission, site, camera)
+    pace = pace_of(mission, camera, limits)
+    spiral = plan_spiral(
+        site,
+        standoff_m=mission.inspection.standoff_m,
+        rise_m=camera.rise_m(mission.inspection.standoff_m, mission.inspection.overlap),
+        bottom_m=bottom_m,
+        top_m=top_m,
+        clearance_m=mission.limits.clearance_m,
+        corner_radius_m=pace.speed_mps**2 / pace.acceleration_mps2,
+    )
+    watch.lap("curve")
+
+    gaze = inward_gaze(spiral.path, smoothing_m=pace.speed_mps)
+    leg = Leg("inspection", spiral.path, gaze, fastest_law(spiral.path, gaze, pace))
+    watch.lap("timing")
+
+    required_m = budget_of(mission).required_m(mission.limits.clearance_m)
+    home = home_enu_m(mission, site, required_m)
+    trajectory = _route(mission, site, leg, home, required_m)
+    watch.lap("transits")
+
+    states = trajectory.sampled(GRID_S)
+    clearance = measure_clearance(states, site, reaction_s=REACTION_S, braking_mps2=limits.acceleration_mps2)
+    certificate = _certificate(mission, states, clearance, limits, required_m)
+    watch.lap("certificate")
+    if not certificate.ok:
+        raise LimitError(f"{mission.name}: the plan fails its limits: {'; '.join(certificate.failures)}")
+    return Inspection(
+        mission,
+        site,
+        spiral,
+        leg,
+        home,
+        trajectory,
+        clearance,
+        required_m,
+        certificate,
+        _warnings(mission, site_map, spiral),
+        watch.laps_ms,
+    )
+
+
+def _route(mission: Mission, site: Site, leg: Leg, home_enu_m: FloatArray, required_m: float) -> Trajectory:
+    """Home, the way to the spiral, the spiral, the way back: from 4 m above home and back to there."""
+    solids, frame, limits = _solids(site), site.heights.frame, limits_of(mission)
+    judge_home(site.heights, solids, home_enu_m, required_m)
+    standing_m = float(site.heights.sample(home_enu_m))
+    rise_m = max(TAKEOFF_M, required_m + 0.5 if standing_m > 0.5 else 0.0)
+    above_home_m = home_enu_m + np.array([0.0, 0.0, rise_m])
+
+    def way(start_enu_m: FloatArray, end_enu_m: FloatArray) -> FloatArray:
+        return safe_way(
+            solids,
+            frame,
+            start_enu_m,
+            end_enu_m,
+            clearance_m=required_m,
+            ceiling_m=mission.limits.ceiling_m,
+            top_m=site.heights.top_m,
+        )
+
+    u_end_rad = leg.path.u_end_rad
+    approach = transit_legs(way(above_home_m, leg.path(0.0)), "approach", float(leg.gaze(0.0)), limits)
+    back = transit_legs(way(leg.path(u_end_rad), above_home_m), "return", float(leg.gaze(u_end_rad)), limits)
+    return Trajectory((*approach, leg, *back))
+
+
+def _solids(site: Site) -> Solids:
+    heights = site.heights
+    return Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
+
+
+def _certificate(
+    mission: Mission, states: TrajectoryState, clearance: Clearance, limits: Limits, required_m: float
+) -> Certificate:
+    return Certificate(
+        (
+            *motion_figures(states, limits),
+            *clearance_figures(clearance, required_m=required_m, vehicle_radius_m=mission.vehicle.radius_m),
+            ceiling_figure(states, mission.limits.ceiling_m),
+        )
+    )
+
+
+def _warnings(mission: Mission, site_map: SiteMap, spiral: Spiral) -> tuple[str, ...]:
+    left_out = [
+        f"left out: a part of the building {part.top_m:.1f} m high, east {part.bounds_enu_m[0]:.0f} to "
+        f"{part.bounds_enu_m[2]:.0f} m and north {part.bounds_enu_m[1]:.0f} to {part.bounds_enu_m[3]:.0f} m of the origin, "
+        f"is not flown around above {part.base_m:.1f} m"
+        for part in spiral.left_out
+    ]
+    return (*mission.notices, *site_map.warnings, *left_out)
+
+
+class _Watch:
+    """Laps of the planner's stages, and their sum."""
+
+    def __init__(self) -> None:
+        self._begin = self._last = time.perf_counter()
+        self.laps_ms: dict[str, float] = {}
+
+    def lap(self, stage: str) -> None:
+        now = time.perf_counter()
+        self.laps_ms[stage] = (now - self._last) * 1e3
+        self.laps_ms["total"] = (now - self._begin) * 1e3
+        self._last = now

@@ -1,0 +1,48 @@
+"""The figures of a summary in words, for the terminal and for the report."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mavspiral.mission import Mission
+
+__all__ = ["flight_rows", "plan_rows"]
+
+
+def plan_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
+    """Name, value and limit of each figure of a plan's summary."""
+    return [
+        ("turns that climb", f"{s['rings']}", ""),
+        ("harmonics", f"{s['harmonics'][0]}", ""),
+        ("length of the spiral", f"{s['length_m']:.0f} m", ""),
+        ("duration", f"{s['duration_s']:.0f} s", ""),
+        ("speed, at most", f"{s['speed_max_mps']:.2f} m/s", ""),
+        ("acceleration, at most", f"{s['acceleration_max_mps2']:.2f} m/s²", ""),
+        ("jerk, at most", f"{s['jerk_max_mps3']:.2f} m/s³", ""),
+        ("yaw rate, at most", f"{s['yaw_rate_max_dps']:.1f} °/s", ""),
+        ("clearance, at least", f"{s['clearance_min_m']:.2f} m", f"≥ {s['clearance_required_m']:.2f} m"),
+        ("planning", f"{s['planning_ms']['total']:.0f} ms", ""),
+    ]
+
+
+def flight_rows(s: dict[str, Any], mission: Mission) -> list[tuple[str, str, str]]:
+    """Name, value and what [accept] asks of each figure of a flight's summary."""
+    accept = mission.accept
+
+    def asked(value: float | None, sign: str, unit: str) -> str:
+        return "" if value is None else f"{sign} {value:g} {unit}"
+
+    def metres(value: float | None) -> str:
+        return "not measured" if value is None else f"{value:.3f} m"
+
+    return [
+        ("flight", f"{s['sim_s']:.1f} s", asked(accept.duration_max_s, "≤", "s")),
+        ("real-time factor", f"{s['rtf']:.0f} ×", ""),
+        ("tracking, RMS", metres(s["tracking"]["rms_m"]), ""),
+        ("tracking, 95 %", metres(s["tracking"]["p95_m"]), asked(accept.tracking_p95_m, "≤", "m")),
+        ("tracking, worst", metres(s["tracking"]["max_m"]), asked(accept.tracking_max_m, "≤", "m")),
+        ("estimator, RMS", metres(s["estimator"]["rms_m"]), ""),
+        ("clearance, least", metres(s["clearance_min_m"]), asked(accept.clearance_min_m, "≥", "m")),
+        ("battery used", f"{s['battery_used_pct']:.0f} %", ""),
+        ("setpoints", f"{s['setpoints']['sent']} at {s['setpoints']['rate_hz']:.1f} Hz", ""),
+    ]

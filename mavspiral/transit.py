@@ -1,0 +1,97 @@
+"""The ways between home and the spiral: straight lines that keep the clearance in space, as low as that allows."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from mavspiral.arrays import FloatArray
+from mavspiral.curve.line import LinePath
+from mavspiral.errors import InputError, LimitError
+from mavspiral.frames import LocalFrame
+from mavspiral.motion.limits import Limits
+from mavspiral.motion.timing import fastest_law
+from mavspiral.motion.trajectory import Leg
+from mavspiral.motion.turn import TurnGaze
+from mavspiral.shape.heightmap import HeightMap
+from mavspiral.survey.solids import Solids
+
+__all__ = ["judge_home", "safe_way", "transit_legs"]
+
+STEP_M = 2.0
+SHORTEST_M = 0.05
+
+
+def safe_way(
+    solids: Solids,
+    frame: LocalFrame,
+    start_enu_m: FloatArray,
+    end_enu_m: FloatArray,
+    *,
+    clearance_m: float,
+    ceiling_m: float,
+    top_m: float,
+) -> FloatArray:
+    """The corners `(k, 3)` of the lowest way that keeps the clearance everywhere.
+
+    First the straight line; then up, across and down again, higher and higher until nothing stands higher.
+
+    Raises:
+        LimitError: no such way below the ceiling; the best one's nearest approach is named.
+    """
+    lowest_m = float(max(start_enu_m[2], end_enu_m[2]))
+    highest_m = min(ceiling_m, max(lowest_m, top_m + clearance_m))
+    heights_m = np.append(np.arange(lowest_m, highest_m, STEP_M), highest_m)
+    ways = [np.array([start_enu_m, end_enu_m])]
+    for height_m in heights_m:
+        above = [[start_enu_m[0], start_enu_m[1], height_m], [end_enu_m[0], end_enu_m[1], height_m]]
+        ways.append(np.array([start_enu_m, *above, end_enu_m]))
+    best_m, best_at = -1.0, start_enu_m
+    for way in ways:
+        distance_m = solids.distance_m(way[:-1], np.diff(way, axis=0))
+        nearest = int(np.argmin(distance_m))
+        if distance_m[nearest] >= clearance_m:
+            return way
+        if distance_m[nearest] > best_m:
+            best_m, best_at = float(distance_m[nearest]), way[nearest]
+    place = frame.geo_point(best_at)
+    raise LimitError(
+        f"no way from home to the spiral keeps {clearance_m:.1f} m of clearance below the ceiling of {ceiling_m:.0f} m: "
+        f"the best comes within {best_m:.1f} m after lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, "
+        f"{best_at[2]:.0f} m above ground. Fix: move [vehicle] home, or raise [limits] ceiling_m"
+    )
+
+
+def transit_legs(way_enu_m: FloatArray, name: str, yaw_enu_rad: float, limits: Limits) -> tuple[Leg, ...]:
+    """One leg from rest to rest for each side of the way, numbered from 1, the nose held still."""
+    sides = [(a, b) for a, b in itertools.pairwise(way_enu_m) if np.sqrt(((b - a) ** 2).sum()) > SHORTEST_M]
+    legs = []
+    for number, (start, end) in enumerate(sides, start=1):
+        path = LinePath(start, end)
+        gaze = TurnGaze(yaw_enu_rad, yaw_enu_rad)
+        legs.append(Leg(f"{name}-{number}", path, gaze, fastest_law(path, gaze, limits)))
+    return tuple(legs)
+
+
+def judge_home(heights: HeightMap, solids: Solids, home_enu_m: FloatArray, clearance_m: float) -> None:
+    """Refuses a home in a wall, or so near to one that the take-off has no clearance.
+
+    Raises:
+        InputError: with the place and what would do.
+    """
+    place = heights.frame.geo_point(home_enu_m)
+    where = f"[vehicle] home = [{place.lat_deg:.6f}, {place.lon_deg:.6f}]"
+    standing_m = float(heights.sample(home_enu_m))
+    if standing_m > home_enu_m[2] + 0.5:
+        raise InputError(
+            f"{where} at {home_enu_m[2]:.1f} m above ground is inside something {standing_m:.1f} m high. "
+            f"Fix: move it out, or home_height_m = {standing_m:.1f} to start from that roof"
+        )
+    on_a_roof = standing_m > 0.5
+    distance_m = float(solids.distance_m(home_enu_m[None, :])[0])
+    if not on_a_roof and distance_m < clearance_m:
+        raise InputError(
+            f"{where} is {distance_m:.1f} m from the nearest wall, {clearance_m:.1f} m of clearance are required. "
+            f"Fix: move it {clearance_m - distance_m:.1f} m away"
+        )
