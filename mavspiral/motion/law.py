@@ -28,6 +28,7 @@ class TimeLaw:
     phase_acceleration_radps2: FloatArray
 
     def __post_init__(self) -> None:
+        """Copies, checks and locks the fields."""
         knots = np.size(self.phase_rad)
         if knots < 2 or not self.step_s > 0:
             raise ValueError(f"a time law of {knots} knots, {self.step_s} s apart: wanted at least 2, apart")
