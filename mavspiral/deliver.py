@@ -16,7 +16,7 @@ from mavspiral.files import write_bytes, write_json, write_text
 from mavspiral.planner import Inspection
 from mavspiral.show.figures import FlownPath, Profile, write_figure
 from mavspiral.show.report import report_html
-from mavspiral.show.rows import flight_rows
+from mavspiral.show.rows import flight_rows, plan_rows
 
 if TYPE_CHECKING:
     from mavspiral.closedloop import Flight
@@ -55,6 +55,7 @@ def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) ->
             site=inspection.site,
             trajectory=trajectory,
             profiles=_plan_profiles(inspection),
+            facts=tuple((name, value) for name, value, _ in plan_rows(summary)),
         ),
     }
     names = {kind: str(path) for kind, path in files.items()}
@@ -77,6 +78,7 @@ def write_flight(flight: Flight, folder: Path, summary: dict[str, Any]) -> dict[
         site=inspection.site,
         trajectory=inspection.trajectory,
         profiles=_flight_profiles(flight),
+        facts=tuple((name, value) for name, value, _ in flight_rows(summary, inspection.mission)),
         flown=FlownPath(t_s, log.truth_position_enu_m, "truth"),
     )
     log.save(folder / f"{name}.flight.npz")

@@ -55,9 +55,10 @@ def write_figure(
     site: Site,
     trajectory: Trajectory,
     profiles: tuple[Profile, ...],
+    facts: tuple[tuple[str, str], ...],
     flown: FlownPath | None = None,
 ) -> Path:
-    """`path`, a PNG: the building with the planned and flown path, the same from above, and the profiles."""
+    """`path`, a PNG: the building with its paths in space and from above, the facts, and the profiles."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -65,59 +66,57 @@ def write_figure(
     with mpl.rc_context(
         {"font.size": 8.5, "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": "#9aa5b1"}
     ):
-        figure = Figure(figsize=(12.0, 7.2), dpi=140, facecolor="white")
+        figure = Figure(figsize=(12.4, 7.0), dpi=140, facecolor="white")
         FigureCanvasAgg(figure)
-        grid = figure.add_gridspec(
-            max(2, len(profiles)),
-            2,
-            width_ratios=[1.15, 1.0],
-            left=0.02,
-            right=0.97,
-            top=0.9,
-            bottom=0.08,
-            hspace=0.55,
-        )
         states = trajectory.sampled(GRID_S)
-        scene = Scene()
-        scene.add_site(site)
-        spiral = _on_leg(trajectory, states, "inspection")
-        _add_paths(scene, states, spiral, flown)
-        _title(figure, title, flown)
-        view = figure.add_subplot(grid[:, 0])
-        scene.draw(view)
-        _from_above(view.inset_axes((0.0, 0.0, 0.3, 0.3)), site, states, spiral, flown)
+        begin_s, end_s = trajectory.span_s("inspection")
+        on_spiral = (states.t_s >= begin_s) & (states.t_s <= end_s)
+        _head(figure, title, flown)
+        _in_space(figure.add_axes((0.01, 0.02, 0.40, 0.88)), site, states, on_spiral, flown)
+        _from_above(figure.add_axes((0.435, 0.53, 0.19, 0.36)), site, states, on_spiral, flown)
+        for row, (name, value) in enumerate(facts):
+            figure.text(0.43, 0.43 - 0.034 * row, name, color="#5b6b7a", fontsize=8.5)
+            figure.text(0.635, 0.43 - 0.034 * row, value, ha="right", fontsize=8.5)
+        height = 0.86 / len(profiles)
         for row, profile in enumerate(profiles):
-            _profile(figure.add_subplot(grid[row, 1]), profile, trajectory, last=row == len(profiles) - 1)
+            bottom = 0.07 + height * (len(profiles) - 1 - row)
+            axes = figure.add_axes((0.685, bottom, 0.295, height - 0.075))
+            _profile(axes, profile, trajectory, last=row == len(profiles) - 1)
         return write_with(path, lambda file: figure.savefig(file, format="png"))
 
 
-def _on_leg(trajectory: Trajectory, states: TrajectoryState, name: str) -> FloatArray:
-    begin_s, end_s = trajectory.span_s(name)
-    mask: FloatArray = (states.t_s >= begin_s) & (states.t_s <= end_s)
-    return mask
+def _head(figure: Figure, title: str, flown: FlownPath | None) -> None:
+    figure.text(0.02, 0.945, title, fontsize=14, fontweight="bold")
+    words = [("planned spiral", PLANNED), ("transit", TRANSIT)]
+    if flown is not None:
+        words.append((f"flown ({flown.source})", FLOWN))
+    x = 0.02
+    for text, colour in words:
+        figure.text(x, 0.915, text, color=colour, fontsize=9, fontweight="bold")
+        x += 0.0073 * len(text) + 0.01
 
 
-def _add_paths(scene: Scene, states: TrajectoryState, spiral: FloatArray, flown: FlownPath | None) -> None:
+def _in_space(
+    axes: Axes, site: Site, states: TrajectoryState, on_spiral: FloatArray, flown: FlownPath | None
+) -> None:
     from matplotlib.colors import to_rgba
 
-    planned = np.where(spiral[:, None], to_rgba(PLANNED, 0.55 if flown else 1.0), to_rgba(TRANSIT, 0.7))
-    scene.add_path(states.position_enu_m, planned, 2.4 if flown else 1.6)
+    scene = Scene(site)
+    scene.draw_site(axes)
+    strength = 0.5 if flown else 1.0
+    rgba = np.where(on_spiral[:, None], to_rgba(PLANNED, strength), to_rgba(TRANSIT, 0.8))
+    scene.draw_path(axes, states.position_enu_m, rgba, 2.6 if flown else 1.5)
     if flown is not None:
         count = max(2, int((flown.t_s[-1] - flown.t_s[0]) / GRID_S))
         index = np.unique(np.linspace(0, len(flown.t_s) - 1, count).astype(np.int64))
-        scene.add_path(flown.position_enu_m[index], np.tile(to_rgba(FLOWN), (len(index), 1)), 0.8)
-
-
-def _title(figure: Figure, title: str, flown: FlownPath | None) -> None:
-    figure.text(0.025, 0.945, title, fontsize=14, fontweight="bold")
-    figure.text(0.025, 0.915, "planned", color=PLANNED, fontsize=9, fontweight="bold")
-    figure.text(0.08, 0.915, "transit", color=TRANSIT, fontsize=9, fontweight="bold")
-    if flown is not None:
-        figure.text(0.13, 0.915, f"flown ({flown.source})", color=FLOWN, fontsize=9, fontweight="bold")
+        scene.draw_path(axes, flown.position_enu_m[index], np.tile(to_rgba(FLOWN), (len(index), 1)), 0.8)
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_axis_off()
 
 
 def _from_above(
-    axes: Axes, site: Site, states: TrajectoryState, spiral: FloatArray, flown: FlownPath | None
+    axes: Axes, site: Site, states: TrajectoryState, on_spiral: FloatArray, flown: FlownPath | None
 ) -> None:
     heights = site.heights
     west, south, east, north = heights.bounds_enu_m
@@ -127,16 +126,17 @@ def _from_above(
     )
     xy = states.position_enu_m[:, :2]
     axes.plot(*xy.T, color=TRANSIT, lw=0.8)
-    axes.plot(*np.where(spiral[:, None], xy, np.nan).T, color=PLANNED, lw=1.4)
+    axes.plot(*np.where(on_spiral[:, None], xy, np.nan).T, color=PLANNED, lw=1.4)
     if flown is not None:
         axes.plot(*flown.position_enu_m[:, :2].T, color=FLOWN, lw=0.5)
     axes.plot(*xy[0], marker="s", color=INK, ms=3)
     low, high = xy.min(axis=0) - 5, xy.max(axis=0) + 5
-    axes.set_xlim(min(low[0], -10), max(high[0], 10))
-    axes.set_ylim(min(low[1], -10), max(high[1], 10))
-    axes.set_aspect("equal")
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_aspect("equal", anchor="N")
     axes.tick_params(labelsize=6, length=2)
-    axes.set_title("from above, m east and north", fontsize=7)
+    axes.set_title("from above: metres east and north", loc="left", fontsize=9)
+    axes.spines[:].set_visible(False)
 
 
 def _profile(axes: Axes, profile: Profile, trajectory: Trajectory, *, last: bool) -> None:

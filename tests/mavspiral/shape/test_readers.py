@@ -28,14 +28,14 @@ def box(x, y, w, d):
     return [(x - w / 2, y - d / 2), (x + w / 2, y - d / 2), (x + w / 2, y + d / 2), (x - w / 2, y + d / 2)]
 
 
-def feature(points, id=None, **tags):
+def feature(points, identity=None, **tags):
     tags = {key.replace("__", ":"): value for key, value in tags.items()} or {
         "building": "yes",
         "height": "10",
     }
     return {
         "type": "Feature",
-        "id": id or "f",
+        "id": identity or "f",
         "properties": tags,
         "geometry": {"type": "Polygon", "coordinates": [ring(points)]},
     }
