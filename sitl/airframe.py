@@ -1,0 +1,155 @@
+"""What is known of an airframe before it flies: one TOML file, read and judged here."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sitl.signals import FloatArray
+
+__all__ = ["Airframe", "Battery", "Body", "Ground", "Imu", "Rotors", "load_airframe"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """The rigid body."""
+
+    mass_kg: float
+    inertia_kgm2: FloatArray
+    drag_area_m2: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rotors:
+    """Four equal rotors in PX4's order; `spin` is +1 where the rotor turns counter-clockwise seen from above."""
+
+    position_frd_m: FloatArray
+    spin: FloatArray
+    thrust_n_per_radps2: float
+    torque_per_thrust_m: float
+    drag_n_per_radps_mps: float
+    time_constant_up_s: float
+    time_constant_down_s: float
+    speed_max_radps: float
+    idle: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """How it stands: the feet's places under the centre of mass, how far they give way, their friction."""
+
+    leg_height_m: float
+    feet_frd_m: FloatArray
+    sink_m: float
+    friction: float
+
+
+@dataclass(frozen=True, slots=True)
+class Battery:
+    """The pack and what drains it."""
+
+    cells: int
+    capacity_ah: float
+    cell_full_v: float
+    cell_empty_v: float
+    resistance_ohm: float
+    motor_efficiency: float
+    avionics_w: float
+
+
+@dataclass(frozen=True, slots=True)
+class Imu:
+    """Noise densities, bias walks and 1-σ initial biases: the body's truth and the estimator's data sheet."""
+
+    gyro_noise_radps_rthz: float
+    accel_noise_mps2_rthz: float
+    gyro_walk_radps2_rthz: float
+    accel_walk_mps3_rthz: float
+    gyro_bias_radps: float
+    accel_bias_mps2: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Airframe:
+    """A quadrotor. `params` are its departures from PX4's defaults."""
+
+    name: str
+    body: Body
+    rotors: Rotors
+    ground: Ground
+    battery: Battery
+    imu: Imu
+    params: dict[str, float | int]
+
+
+def load_airframe(name: str | Path) -> Airframe:
+    """The airframe of a TOML file, or a bundled one by its name.
+
+    Raises:
+        ValueError: no such airframe, an unknown or missing key, or a value of the wrong kind; it is named.
+    """
+    path = Path(name)
+    if path.suffix == ".toml":
+        text = path.read_text(encoding="utf-8")
+    else:
+        folder = resources.files("sitl") / "airframes"
+        known = sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+        if str(name) not in known:
+            raise ValueError(f"no airframe {str(name)!r}; bundled: {', '.join(known)}, or give the path of a .toml file")
+        text = (folder / f"{name}.toml").read_text(encoding="utf-8")
+    return _airframe(tomllib.loads(text))
+
+
+_SECTIONS = {"body": Body, "ground": Ground, "battery": Battery, "imu": Imu}
+_SPINS = {"ccw": 1.0, "cw": -1.0}
+
+
+def _airframe(table: dict[str, Any]) -> Airframe:
+    known = {"schema", "name", "rotors", "params", *_SECTIONS}
+    if table.get("schema") != 1:
+        raise ValueError(f"airframe: schema must be 1, got {table.get('schema')!r}")
+    _demand_keys("airframe", table, known)
+    rotors = dict(table["rotors"])
+    turning = rotors.pop("turning", None)
+    if not isinstance(turning, list) or len(turning) != 4 or not set(turning) <= set(_SPINS):
+        raise ValueError(f"[rotors] turning: wanted four of {', '.join(_SPINS)}, got {turning!r}")
+    rotors["spin"] = [_SPINS[way] for way in turning]
+    return Airframe(
+        name=str(table["name"]),
+        rotors=_section("rotors", Rotors, rotors),
+        params=dict(table["params"]),
+        **{name: _section(name, kind, table[name]) for name, kind in _SECTIONS.items()},
+    )
+
+
+_SHAPES = {
+    "inertia_kgm2": (3,),
+    "drag_area_m2": (3,),
+    "position_frd_m": (4, 3),
+    "spin": (4,),
+    "feet_frd_m": (4, 2),
+}
+
+
+def _section(name: str, kind: type, table: dict[str, Any]) -> Any:  # noqa: ANN401 - the section's own type
+    _demand_keys(f"[{name}]", table, set(kind.__dataclass_fields__))  # type: ignore[attr-defined]
+    values: dict[str, object] = {}
+    for key, value in table.items():
+        array = np.array(value, dtype=np.float64)
+        shape = _SHAPES.get(key, ())
+        if array.shape != shape or not np.isfinite(array).all():
+            raise ValueError(f"[{name}] {key}: wanted finite numbers of shape {shape}, got {value!r}")
+        array.setflags(write=False)
+        values[key] = array if shape else float(array)
+    return kind(**values)
+
+
+def _demand_keys(where: str, table: dict[str, Any], known: set[str]) -> None:
+    for word, keys in (("unknown", set(table) - known), ("missing", known - set(table))):
+        if keys:
+            raise ValueError(f"{where}: {word} key {', '.join(sorted(keys))}; known: {', '.join(sorted(known))}")
