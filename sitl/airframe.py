@@ -12,7 +12,7 @@ import numpy as np
 
 from sitl.signals import FloatArray
 
-__all__ = ["Airframe", "Battery", "Body", "Ground", "Imu", "Rotors", "load_airframe"]
+__all__ = ["Airframe", "Battery", "Body", "Ground", "Rotors", "Senses", "load_airframe"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,7 +26,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rotors:
-    """Four equal rotors in PX4's order; `spin` is +1 where the rotor turns counter-clockwise seen from above."""
+    """Four equal rotors in PX4's order; `spin` is +1 for one that turns counter-clockwise seen from above."""
 
     position_frd_m: FloatArray
     spin: FloatArray
@@ -63,8 +63,8 @@ class Battery:
 
 
 @dataclass(frozen=True, slots=True)
-class Imu:
-    """Noise densities, bias walks and 1-σ initial biases: the body's truth and the estimator's data sheet."""
+class Senses:
+    """The sensors' data sheets: noise densities, walks, 1-σ errors. The body errs by them, the estimator knows them."""
 
     gyro_noise_radps_rthz: float
     accel_noise_mps2_rthz: float
@@ -72,6 +72,9 @@ class Imu:
     accel_walk_mps3_rthz: float
     gyro_bias_radps: float
     accel_bias_mps2: float
+    baro_noise_m: float
+    baro_drift_m: float
+    mag_noise_gauss: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,7 +86,7 @@ class Airframe:
     rotors: Rotors
     ground: Ground
     battery: Battery
-    imu: Imu
+    senses: Senses
     params: dict[str, float | int]
 
 
@@ -98,14 +101,15 @@ def load_airframe(name: str | Path) -> Airframe:
         text = path.read_text(encoding="utf-8")
     else:
         folder = resources.files("sitl") / "airframes"
-        known = sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+        files = (entry.name for entry in folder.iterdir())
+        known = sorted(file.removesuffix(".toml") for file in files if file.endswith(".toml"))
         if str(name) not in known:
-            raise ValueError(f"no airframe {str(name)!r}; bundled: {', '.join(known)}, or give the path of a .toml file")
+            raise ValueError(f"no airframe {str(name)!r}; bundled: {', '.join(known)}; or give a .toml file")
         text = (folder / f"{name}.toml").read_text(encoding="utf-8")
     return _airframe(tomllib.loads(text))
 
 
-_SECTIONS = {"body": Body, "ground": Ground, "battery": Battery, "imu": Imu}
+_SECTIONS = {"body": Body, "ground": Ground, "battery": Battery, "senses": Senses}
 _SPINS = {"ccw": 1.0, "cw": -1.0}
 
 
@@ -152,4 +156,5 @@ def _section(name: str, kind: type, table: dict[str, Any]) -> Any:  # noqa: ANN4
 def _demand_keys(where: str, table: dict[str, Any], known: set[str]) -> None:
     for word, keys in (("unknown", set(table) - known), ("missing", known - set(table))):
         if keys:
-            raise ValueError(f"{where}: {word} key {', '.join(sorted(keys))}; known: {', '.join(sorted(known))}")
+            names, all_names = ", ".join(sorted(keys)), ", ".join(sorted(known))
+            raise ValueError(f"{where}: {word} key {names}; known: {all_names}")

@@ -1,7 +1,7 @@
 """Faults on order: `NAME[=VALUE]@START[+DURATION]`, times since the simulation's start.
 
-`motor=2:0.5@60s` leaves motor 2 (counted from 1, in PX4's order) half of its thrust; `gps_loss@60s+20s` takes the fixes
-away for 20 s; `wind_step=8@30s` adds 8 m/s to the wind, along the wind, or from the west where there is none.
+`motor=2:0.5@60s` leaves motor 2 (counted from 1, in PX4's order) half of its thrust; `gps_loss@60s+20s` takes
+the fixes away for 20 s; `wind_step=8@30s` adds 8 m/s to the wind, along it, or from the west where there is none.
 """
 
 from __future__ import annotations
@@ -54,11 +54,11 @@ def parse_fault(spec: str) -> Fault:
     """The fault that `spec` orders.
 
     Raises:
-        ValueError: an unknown name (the known ones are listed), or a spec of another form (the right one is shown).
+        ValueError: an unknown name (the known ones are listed), or another form (the right one is shown).
     """
     match = _SPEC.fullmatch(spec.strip())
     if match is None:
-        raise ValueError(f"fault {spec!r}: wanted NAME[=VALUE]@START[+DURATION], such as {_EXAMPLES['motor']}")
+        raise ValueError(f"fault {spec!r}: wanted NAME[=VALUE]@START[+DURATION], like {_EXAMPLES['motor']}")
     name, value = match["name"], match["value"]
     if name not in _EXAMPLES:
         raise ValueError(f"fault {spec!r}: unknown {name!r}; known: {', '.join(_EXAMPLES)}")

@@ -1,4 +1,4 @@
-"""PX4's parameters, as far as this vehicle obeys them: real names, real defaults (PX4 v1.17.0, SIH quadrotor)."""
+"""PX4's parameters, as far as this vehicle obeys them: real names, defaults of PX4 v1.17.0's SIH quadrotor."""
 
 from __future__ import annotations
 
@@ -18,11 +18,9 @@ DEFAULTS: Final[Mapping[str, float | int]] = {
     "COM_SPOOLUP_TIME": 1.0,
     "COM_VEL_FS_EVH": 1.0,
     "EKF2_BARO_GATE": 5.0,
-    "EKF2_BARO_NOISE": 3.5,
     "EKF2_GPS_P_GATE": 5.0,
     "EKF2_GPS_V_GATE": 5.0,
     "EKF2_MAG_GATE": 3.0,
-    "EKF2_MAG_NOISE": 0.05,
     "IMU_DGYRO_CUTOFF": 20.0,
     "IMU_GYRO_CUTOFF": 40.0,
     "LNDMC_ROT_MAX": 20.0,
@@ -109,16 +107,16 @@ class Params(Mapping[str, float | int]):
         """These parameters with some of them changed."""
         return Params({**self._values, **values})
 
-    def __getitem__(self, name: str) -> float | int:
+    def __getitem__(self, name: str) -> float | int:  # noqa: D105
         try:
             return self._values[name]
         except KeyError:
             raise KeyError(_unknown(name)) from None
 
-    def __iter__(self) -> Iterator[str]:
+    def __iter__(self) -> Iterator[str]:  # noqa: D105
         return iter(self._values)
 
-    def __len__(self) -> int:
+    def __len__(self) -> int:  # noqa: D105
         return len(self._values)
 
 

@@ -23,7 +23,7 @@ from sitl.signals import (
 __all__ = ["FRAME_US", "BatteryState", "Vehicle", "VehicleConfig", "VehicleState"]
 
 FRAME_US = 10_000
-"""The vehicle moves in frames of this length: 4 physics steps, 4 of the cascade, 2 IMU samples, 1 prediction."""
+"""The vehicle moves in frames of this length: 4 steps of physics and cascade, 2 IMU samples."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,9 +31,9 @@ class VehicleConfig:
     """Everything that decides a flight besides the demands.
 
     It stands at `home` (which is truth's NED origin) with its nose at `heading_ned_rad`. The EKF's origin lies
-    `origin_offset_ned_m` away from the first good fix. `gusts` adds Dryden turbulence to the wind. Without `noise` the
-    senses tell the truth. `stock_filter` flies filterpy's own arithmetic. `params` are taken as they are: start them
-    from `Params(airframe.params)`.
+    `origin_offset_ned_m` away from the first good fix. `gusts` adds Dryden turbulence to the wind. Without
+    `noise` the senses tell the truth. `stock_filter` flies filterpy's own arithmetic. `params` are taken as they
+    are: start them from `Params(airframe.params)`.
     """
 
     airframe: Airframe
@@ -63,7 +63,7 @@ class BatteryState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VehicleState:
-    """A vehicle's whole state, as a value; only the vehicle that gave it (or its twin by config) can take it back."""
+    """A vehicle's whole state, as a value: the vehicle that gave it, or its twin by config, can take it back."""
 
     arrays: dict[str, FloatArray]
 

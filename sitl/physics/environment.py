@@ -1,0 +1,71 @@
+"""The air that moves: a mean wind and Dryden's turbulence in its low-altitude form (MIL-F-8785C, 3.7.3).
+
+Below 1000 ft, with height h in feet and the mean wind W at 20 ft: L_w = h, L_u = L_v = h / (0.177 + 0.000823 h)^1.2,
+σ_w = 0.1 W, σ_u = σ_v = σ_w / (0.177 + 0.000823 h)^0.4. u lies along the mean wind. The forming filters are run at
+the frame rate with exact poles; time scales are L over the airspeed.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from sitl.signals import FloatArray
+
+__all__ = ["AIR", "GUST_NORMALS", "blow"]
+
+AIR = np.dtype([("mean_wind_ned_mps", "f8", 3), ("gust_mps", "f8", 5), ("turbulent", "i8")])
+"""Mean wind, the forming filters' states (u; v twice; w twice), and whether gusts blow."""
+
+GUST_NORMALS = 3
+_FOOT_M = 0.3048
+
+
+@njit(cache=True)
+def _lag(state: FloatArray, at: int, decay: float, drive: float) -> float:
+    """Output of σ √(L/πV) (1 + √3 T s) / (1 + T s)², as √3 / (1 + T s) + (1 - √3) / (1 + T s)²; unit variance
+    of the drive gives 2 of the output.
+    """
+    fresh = math.sqrt(1.0 - decay * decay) * drive
+    state[at + 1] = decay * state[at + 1] + (1.0 - decay) * (state[at] + 0.5 * fresh)
+    state[at] = decay * state[at] + fresh
+    root3 = math.sqrt(3.0)
+    return root3 * state[at] + (1.0 - root3) * state[at + 1]
+
+
+@njit(cache=True)
+def blow(
+    air: np.record, height_m: float, velocity_ned_mps: FloatArray, normals: FloatArray, dt_s: float,
+    wind_ned_mps: FloatArray,
+) -> None:
+    """Put the wind of the next `dt_s` into `wind_ned_mps`."""
+    mean = air.mean_wind_ned_mps
+    for i in range(3):
+        wind_ned_mps[i] = mean[i]
+    speed = math.hypot(mean[0], mean[1])
+    if not air.turbulent or speed == 0.0:
+        return
+    feet = min(max(height_m / _FOOT_M, 10.0), 1000.0)
+    shape = 0.177 + 0.000823 * feet
+    length_w = feet * _FOOT_M
+    length_u = length_w / shape**1.2
+    sigma_w = 0.1 * speed
+    sigma_u = sigma_w / shape**0.4
+    airspeed = math.sqrt(
+        (velocity_ned_mps[0] - mean[0]) ** 2
+        + (velocity_ned_mps[1] - mean[1]) ** 2
+        + (velocity_ned_mps[2] - mean[2]) ** 2
+    )
+    reach = max(airspeed, 1.0) * dt_s
+    decay_u, decay_w = math.exp(-reach / length_u), math.exp(-reach / length_w)
+    gust = air.gust_mps
+    gust[0] = decay_u * gust[0] + math.sqrt(1.0 - decay_u * decay_u) * normals[0]
+    u = sigma_u * gust[0]
+    v = sigma_u / math.sqrt(2.0) * _lag(gust, 1, decay_u, normals[1])
+    w = sigma_w / math.sqrt(2.0) * _lag(gust, 3, decay_w, normals[2])
+    c, s = mean[0] / speed, mean[1] / speed
+    wind_ned_mps[0] += c * u - s * v
+    wind_ned_mps[1] += s * u + c * v
+    wind_ned_mps[2] += w
