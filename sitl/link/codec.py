@@ -28,7 +28,7 @@ _CHECKSUM_LENGTH = 2
 class Received(NamedTuple):
     """A message and who sent it. The message is None when the dialect does not know its number."""
 
-    message: Message | None
+    message: Message
     system: int
     component: int
 
@@ -44,17 +44,20 @@ class CodecState:
 
 
 class Codec:
-    """One end of a MAVLink stream. Garbage is counted and skipped; what is kept of it is less than a frame."""
+    """One end of a MAVLink stream. Garbage is counted and skipped; less than a frame of it is kept."""
 
     def __init__(self, system: int, component: int) -> None:
         self.system = system
         self.component = component
         self._parser = _Parser()
-        self.restore(CodecState())
+        self._sequence = 0
+        self._pending = b""
+        self._received = 0
+        self._rejected = 0
 
     def encode(self, message: Message) -> bytes:
         """The MAVLink 2 frame that carries the message."""
-        payload = message.LAYOUT.pack(message)
+        payload: bytes = message.LAYOUT.pack(message)
         payload = payload.rstrip(b"\0") or payload[:1]
         header = _HEADER.pack(
             _MAGIC,

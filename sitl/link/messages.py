@@ -63,13 +63,17 @@ def _field(flat: tuple[Any, ...], begin: int, end: int) -> object:
     return value.rstrip(b"\0") if isinstance(value, bytes) else value
 
 
+def _tuple_type(name: str, fields: list[str]) -> MessageType:
+    return namedtuple(name, fields)  # type: ignore[misc]
+
+
 @cache
 def layout(message_id: int) -> Layout | None:
     """The layout of that message, or None when the dialect does not know it."""
     entry = common.mavlink_map.get(message_id)
     if entry is None:
         return None
-    kind: MessageType = namedtuple(entry.msgname, entry.ordered_fieldnames)  # type: ignore[misc]  # noqa: PYI024
+    kind = _tuple_type(entry.msgname, entry.ordered_fieldnames)
     ends = list(accumulate(entry.lengths))  # in wire order; text counts as one, as it does to `struct`
     spans = tuple((end - length, end) for end, length in zip(ends, entry.lengths, strict=True))
     numbers_only = ends[-1] == len(spans) and "char" not in entry.fieldtypes
