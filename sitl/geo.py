@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from sitl.kernels import kernel
 
 from sitl.rotation import Triple
 
@@ -20,7 +20,7 @@ _E2 = 6.69437999014e-3
 _B = 6356752.314245
 
 
-@njit(cache=True)
+@kernel
 def _ecef(lat_deg: float, lon_deg: float, alt_m: float) -> Triple:
     lat, lon = math.radians(lat_deg), math.radians(lon_deg)
     n = _A / math.sqrt(1.0 - _E2 * math.sin(lat) ** 2)
@@ -31,7 +31,7 @@ def _ecef(lat_deg: float, lon_deg: float, alt_m: float) -> Triple:
     )
 
 
-@njit(cache=True)
+@kernel
 def _geodetic(x: float, y: float, z: float) -> Triple:
     """Bowring (1976) with two rounds on the parametric latitude: below 1e-9 m near the ground."""
     p = math.hypot(x, y)
@@ -47,7 +47,7 @@ def _geodetic(x: float, y: float, z: float) -> Triple:
     return math.degrees(lat), math.degrees(math.atan2(y, x)), alt
 
 
-@njit(cache=True)
+@kernel
 def ned_of_geodetic(origin: Triple, place: Triple) -> Triple:
     """NED metres of `place` in the tangent frame at `origin`; both are lat_deg, lon_deg, alt_m."""
     lat, lon = math.radians(origin[0]), math.radians(origin[1])
@@ -61,7 +61,7 @@ def ned_of_geodetic(origin: Triple, place: Triple) -> Triple:
     )
 
 
-@njit(cache=True)
+@kernel
 def geodetic_of_ned(origin: Triple, ned_m: Triple) -> Triple:
     """lat_deg, lon_deg, alt_m of a place in the tangent frame at `origin`."""
     lat, lon = math.radians(origin[0]), math.radians(origin[1])
@@ -74,7 +74,7 @@ def geodetic_of_ned(origin: Triple, ned_m: Triple) -> Triple:
     )
 
 
-@njit(cache=True)
+@kernel
 def dipole_field(lat_deg: float, lon_deg: float) -> Triple:
     """The magnetic field in NED, gauss: the first degree of IGRF-13 (epoch 2020) at sea level."""
     g10, g11, h11 = -0.294048, -0.014509, 0.046525

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from numba import njit
+from sitl.kernels import kernel
 
 __all__ = [
     "Quaternion",
@@ -29,7 +29,7 @@ Triple = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 
-@njit(cache=True)
+@kernel
 def multiply(p: Sequence[float], q: Sequence[float]) -> Quaternion:
     """The rotation that does `q` first, then `p`."""
     return (
@@ -40,14 +40,14 @@ def multiply(p: Sequence[float], q: Sequence[float]) -> Quaternion:
     )
 
 
-@njit(cache=True)
+@kernel
 def normalized(q: Sequence[float]) -> Quaternion:
     """`q` at unit length."""
     s = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     return q[0] * s, q[1] * s, q[2] * s, q[3] * s
 
 
-@njit(cache=True)
+@kernel
 def rotate(q: Sequence[float], v: Sequence[float]) -> Triple:
     """`q v q*`: v + 2w(u × v) + 2u × (u × v), with u the vector part."""
     w, x, y, z = q[0], q[1], q[2], q[3]
@@ -61,13 +61,13 @@ def rotate(q: Sequence[float], v: Sequence[float]) -> Triple:
     )
 
 
-@njit(cache=True)
+@kernel
 def unrotate(q: Sequence[float], v: Sequence[float]) -> Triple:
     """`q* v q`, the way back."""
     return rotate((q[0], -q[1], -q[2], -q[3]), v)
 
 
-@njit(cache=True)
+@kernel
 def matrix(q: Sequence[float]) -> tuple[Triple, Triple, Triple]:
     """The rotation's rows."""
     w, x, y, z = q[0], q[1], q[2], q[3]
@@ -78,7 +78,7 @@ def matrix(q: Sequence[float]) -> tuple[Triple, Triple, Triple]:
     )
 
 
-@njit(cache=True)
+@kernel
 def exponential(v: Sequence[float]) -> Quaternion:
     """The turn by |v| radians about v."""
     square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
@@ -92,7 +92,7 @@ def exponential(v: Sequence[float]) -> Quaternion:
     return c, s * v[0], s * v[1], s * v[2]
 
 
-@njit(cache=True)
+@kernel
 def between(a: Sequence[float], b: Sequence[float]) -> Quaternion:
     """The shortest turn that takes unit vector `a` to unit vector `b`; about x or y where they are opposite."""
     w = 1.0 + a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -105,7 +105,7 @@ def between(a: Sequence[float], b: Sequence[float]) -> Quaternion:
     )
 
 
-@njit(cache=True)
+@kernel
 def from_axes(x: Sequence[float], y: Sequence[float], z: Sequence[float]) -> Quaternion:
     """The rotation whose columns are x, y, z (Shepperd's method)."""
     trace = x[0] + y[1] + z[2]
@@ -118,7 +118,7 @@ def from_axes(x: Sequence[float], y: Sequence[float], z: Sequence[float]) -> Qua
     return normalized((x[1] - y[0], z[0] + x[2], z[1] + y[2], 1.0 + z[2] - x[0] - y[1]))
 
 
-@njit(cache=True)
+@kernel
 def from_euler(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Quaternion:
     """Yaw, then pitch, then roll (3-2-1)."""
     about_z = (math.cos(0.5 * yaw_rad), 0.0, 0.0, math.sin(0.5 * yaw_rad))
@@ -127,7 +127,7 @@ def from_euler(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Quaternion:
     return multiply(about_z, multiply(about_y, about_x))
 
 
-@njit(cache=True)
+@kernel
 def to_yaw(q: Sequence[float]) -> float:
     """The 3-2-1 yaw."""
     return math.atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]))

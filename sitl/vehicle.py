@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Final, Literal
+
+import numpy as np
 
 from sitl.airframe import Airframe
-from sitl.faults import Fault
+from sitl.autopilot.cascade import new_mind, set_demand, set_gains
+from sitl.estimator.model import report
+from sitl.faults import Fault, GpsLoss, MotorLoss, WindStep
+from sitl.geo import dipole_field
+from sitl.loop import BLOCK_FRAMES, BRAIN, NOISE, WORLD, live
 from sitl.params import Params
+from sitl.physics.battery import new_pack
+from sitl.physics.dynamics import new_body, new_plant
+from sitl.physics.sensors import GPS_DELAY_FRAMES, GPS_GRADES, new_sensed
+from sitl.rotation import from_euler
 from sitl.signals import (
     BaroSample,
     Demand,
@@ -18,6 +29,7 @@ from sitl.signals import (
     ImuSample,
     MagSample,
     TruthState,
+    vector,
 )
 
 __all__ = ["FRAME_US", "BatteryState", "Vehicle", "VehicleConfig", "VehicleState"]
@@ -65,93 +77,211 @@ class BatteryState:
 class VehicleState:
     """A vehicle's whole state, as a value: the vehicle that gave it, or its twin by config, can take it back."""
 
-    arrays: dict[str, FloatArray]
+    params: Params
+    demand: Demand | None
+    arrays: tuple[np.ndarray, ...]
+    generators: tuple[dict[str, Any], ...]
 
 
 class Vehicle:
     """A quadrotor that flies itself to setpoints."""
 
     def __init__(self, config: VehicleConfig) -> None:
+        from sitl.estimator.ekf import Ekf  # filterpy takes 0.7 s to import: only whoever flies pays
+
         self.config = config
-        raise NotImplementedError
+        seeds = np.random.SeedSequence(config.seed).spawn(6)
+        boot, *self._generators = (np.random.Generator(np.random.PCG64(seed)) for seed in seeds)
+        field = dipole_field(config.home.lat_deg, config.home.lon_deg)
+        grade = GPS_GRADES[config.gps]
+        self._world, self._brain, self._noise = np.zeros(1, WORLD), np.zeros(1, BRAIN), np.zeros(1, NOISE)
+        world, brain = self._world, self._brain
+        world["body"] = new_body(from_euler(0.0, 0.0, config.heading_ned_rad), (0.0, 0.0, config.ground_down_m))
+        world["plant"] = new_plant(config.airframe, config.ground_down_m)
+        world["pack"] = new_pack(config.airframe)
+        world["sensed"] = new_sensed(
+            config.airframe.senses, grade, config.home, field, boot.standard_normal(10), config.noise
+        )
+        world["air"]["turbulent"] = config.gusts
+        world["speed_max_radps"] = config.airframe.rotors.speed_max_radps
+        brain["mind"] = new_mind()
+        self._ekf = Ekf(
+            brain["nav"], config.airframe.senses, config.params, fix_sigma=grade.sigma, field_ned_gauss=field,
+            origin_offset_ned_m=config.origin_offset_ned_m, stock=config.stock_filter,
+        )
+        self._body, self._pack, self._sensed = world["body"][0], world["pack"][0], world["sensed"][0]
+        self._nav, self._mind = brain["nav"][0], brain["mind"][0]
+        self._frame = 0
+        self._demand: Demand | None = None
+        self._received = True
+        self._changes_us = sorted({f.start_us for f in config.faults} | {f.end_us for f in config.faults if f.end_us})
+        self.params = config.params
 
     @property
     def time_us(self) -> int:
         """Simulated time since the start."""
-        raise NotImplementedError
+        return self._frame * FRAME_US
 
     @property
     def params(self) -> Params:
         """The parameters that it obeys now; assign to change them in flight."""
-        raise NotImplementedError
+        return self._params
 
     @params.setter
     def params(self, params: Params) -> None:
-        raise NotImplementedError
+        self._params = self._ekf.params = params
+        set_gains(self._brain["gains"], params, self.config.airframe)
 
     def advance(self, until_us: int, demand: Demand) -> None:
         """Live until `until_us`, which is rounded down to whole frames, under one demand."""
-        raise NotImplementedError
+        if demand is not self._demand:
+            set_demand(self._brain["demand"], demand)
+            self._demand = demand
+        world, brain, noise, ekf = self._world, self._brain, self._noise, self._ekf
+        for frame in range(self._frame, until_us // FRAME_US):
+            if frame % BLOCK_FRAMES == 0:
+                self._draw()
+            if frame * FRAME_US in self._changes_us or frame == 0:
+                self._apply_faults(frame * FRAME_US)
+            has = live(world, brain, noise, self._received)
+            ekf.step(frame + 1, has)
+            self._frame = frame + 1
+
+    def _draw(self) -> None:
+        """Noise for the next block of frames, each sense from its own generator."""
+        if self.config.noise:
+            for generator, name in zip(self._generators, NOISE.names, strict=True):
+                generator.standard_normal(out=self._noise[name][0])
+
+    def _apply_faults(self, time_us: int) -> None:
+        """Make the world what the faults that are active make of it."""
+        config, plant = self.config, self._world["plant"][0]
+        wind = np.array(config.wind_ned_mps)
+        mean_mps = math.hypot(wind[0], wind[1])
+        downwind = wind / mean_mps if mean_mps > 0.0 else np.array([0.0, 1.0, 0.0])
+        plant["thrust_n_per_radps2"] = config.airframe.rotors.thrust_n_per_radps2
+        self._received = True
+        for fault in (fault for fault in config.faults if fault.active(time_us)):
+            match fault:
+                case GpsLoss():
+                    self._received = False
+                case MotorLoss():
+                    plant["thrust_n_per_radps2"][fault.motor - 1] *= fault.thrust_left
+                case WindStep():
+                    wind += fault.speed_mps * downwind
+        self._world["air"]["mean_wind_ned_mps"] = wind
 
     @property
     def truth(self) -> TruthState:
         """What really is: for physics and for judges outside."""
-        raise NotImplementedError
+        b = self._body
+        return TruthState(
+            self.time_us,
+            vector(b["position_ned_m"]),
+            vector(b["velocity_ned_mps"]),
+            vector(b["q_ned_frd"], 4),
+            vector(b["rate_frd_radps"]),
+            vector(b["rotor_speed_radps"], 4),
+        )
 
     @property
     def estimate(self) -> Estimate:
         """What it believes now."""
-        raise NotImplementedError
+        ekf, told = self._ekf, np.empty(31)
+        report(ekf.nav, ekf.filter.P, told)
+        told.setflags(write=False)
+        fresh = ekf.fixes_fresh(self._frame)
+        return Estimate(
+            self.time_us, told[0:3], told[3:6], told[6:10], told[10:13], told[13:16], told[16:19], told[19:22],
+            told[22:25], told[25:28], told[28:31],
+            attitude_ok=ekf.running, position_ok=fresh, velocity_ok=fresh, height_ok=ekf.running,
+        )  # fmt: skip
 
     @property
     def origin(self) -> GeoPoint | None:
         """Where the EKF's NED frame is anchored; None before the first good fix."""
-        raise NotImplementedError
+        return GeoPoint(*self._ekf.book["origin"][0].tolist()) if self._ekf.running else None
 
     @property
     def imu(self) -> ImuSample:
         """The latest sample."""
-        raise NotImplementedError
+        sample = self._sensed["imu"][1]
+        return ImuSample(self.time_us, vector(sample[:3]), vector(sample[3:]))
 
     @property
     def gps(self) -> GpsSample | None:
-        """The fix that arrived last; None before the first."""
-        raise NotImplementedError
+        """The fix that arrived last; None before the first, and while there is no reception."""
+        taken = (self._frame - GPS_DELAY_FRAMES) // 10 * 10 - 1
+        if taken < 0 or not self._sensed["fix_valid"][taken % 16]:
+            return None
+        lat, lon, alt, *velocity = self._sensed["fix"][taken % 16].tolist()
+        grade = GPS_GRADES[self.config.gps]
+        return GpsSample(
+            (taken + 1) * FRAME_US, GeoPoint(lat, lon, alt), vector(velocity), *grade.sigma, grade.fix_type, grade.satellites
+        )
 
     @property
     def baro(self) -> BaroSample:
         """The latest sample."""
-        raise NotImplementedError
+        alt_m = float(self._sensed["baro_alt_m"])
+        kelvin = 288.15 - 0.0065 * alt_m
+        pressure_pa = 101325.0 * (kelvin / 288.15) ** 5.25588
+        return BaroSample(self._frame // 4 * 4 * FRAME_US, pressure_pa, alt_m, kelvin - 273.15)
 
     @property
     def mag(self) -> MagSample:
         """The latest sample."""
-        raise NotImplementedError
+        return MagSample(self._frame // 4 * 4 * FRAME_US, vector(self._sensed["mag_frd_gauss"]))
 
     @property
     def battery(self) -> BatteryState:
         """The pack as its monitor sees it."""
-        raise NotImplementedError
+        pack = self._pack
+        used, capacity = float(pack["used_ah"]), float(pack["capacity_ah"])
+        return BatteryState(
+            float(pack["voltage_v"]), float(pack["current_a"]), used, max(0.0, 1.0 - used / capacity)
+        )
 
     @property
     def on_ground(self) -> bool:
         """The land detector's verdict: from thrust, estimate and gyro, never from truth."""
-        raise NotImplementedError
+        return bool(self._mind["on_ground"])
 
     @property
     def thrust(self) -> float:
         """Collective thrust that the cascade asks for, 0…1."""
-        raise NotImplementedError
+        return float(self._mind["thrust"])
 
     @property
     def motors(self) -> FloatArray:
         """What each motor was last told, 0…1, in PX4's order."""
-        raise NotImplementedError
+        return vector(self._mind["signals"], 4)
+
+    @property
+    def attitude_wanted(self) -> FloatArray:
+        """The attitude that the cascade steers to, FRD to NED."""
+        return vector(self._mind["q_wanted_ned_frd"], 4)
+
+    def _arrays(self) -> tuple[np.ndarray, ...]:
+        return self._world, self._brain, self._noise, *self._ekf.arrays()
 
     def snapshot(self) -> VehicleState:
         """The whole state, as a value."""
-        raise NotImplementedError
+        return VehicleState(
+            self._params,
+            self._demand,
+            tuple(array.copy() for array in self._arrays()),
+            tuple(generator.bit_generator.state for generator in self._generators),
+        )
 
     def restore(self, state: VehicleState) -> None:
         """Become again what `snapshot` saw."""
-        raise NotImplementedError
+        for mine, saved in zip(self._arrays(), state.arrays, strict=True):
+            mine[...] = saved
+        for generator, saved_state in zip(self._generators, state.generators, strict=True):
+            generator.bit_generator.state = saved_state
+        self._params = self._ekf.params = state.params
+        self._demand = state.demand
+        self._ekf.resume()
+        self._frame = int(self._nav["frame"])
+        self._apply_faults(self._frame * FRAME_US)

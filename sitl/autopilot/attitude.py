@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+from sitl.kernels import kernel
 
 from sitl.rotation import Quaternion, Triple, between, from_axes, multiply, rotate, unrotate
 from sitl.signals import FloatArray
@@ -17,7 +17,7 @@ from sitl.signals import FloatArray
 __all__ = ["attitude_for", "control_attitude", "rates_for"]
 
 
-@njit(cache=True)
+@kernel
 def attitude_for(thrust_ned: FloatArray, yaw_rad: float) -> Quaternion:
     """The attitude whose -z lies along `thrust_ned` (pointing up) and whose nose points as `yaw_rad` allows."""
     length = math.sqrt(thrust_ned[0] ** 2 + thrust_ned[1] ** 2 + thrust_ned[2] ** 2)
@@ -30,7 +30,7 @@ def attitude_for(thrust_ned: FloatArray, yaw_rad: float) -> Quaternion:
     return from_axes(x, y, z)
 
 
-@njit(cache=True)
+@kernel
 def rates_for(q: Quaternion, wanted: Quaternion, p: FloatArray, yaw_weight: float) -> Triple:
     """Body rates that turn `q` into `wanted`."""
     down, down_wanted = rotate(q, (0.0, 0.0, 1.0)), rotate(wanted, (0.0, 0.0, 1.0))
@@ -49,7 +49,7 @@ def rates_for(q: Quaternion, wanted: Quaternion, p: FloatArray, yaw_weight: floa
     return twice * error[1] * p[0], twice * error[2] * p[1], twice * error[3] * yaw_p
 
 
-@njit(cache=True)
+@kernel
 def control_attitude(mind: np.record, gains: np.record, q_ned_frd: FloatArray, yaw_rate_ned_radps: float) -> None:
     """Set `mind.rate_wanted_frd_radps` for `mind.q_wanted_ned_frd`, with the yaw rate fed forward, within limits."""
     q, wanted = q_ned_frd, mind.q_wanted_ned_frd

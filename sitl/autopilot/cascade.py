@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+from sitl.kernels import kernel
 
 from sitl.airframe import Airframe
 from sitl.autopilot.attitude import attitude_for, control_attitude
@@ -160,7 +160,7 @@ def new_mind() -> np.ndarray:
     return mind
 
 
-@njit(cache=True)
+@kernel
 def _rest(mind: np.record, armed: bool, idle: float, velocity_ned_mps: FloatArray) -> None:
     """Motors still, or idling when armed; nothing is integrated, nothing remembered."""
     for i in range(3):
@@ -176,7 +176,7 @@ def _rest(mind: np.record, armed: bool, idle: float, velocity_ned_mps: FloatArra
         mind.signals[i] = idle if armed else 0.0
 
 
-@njit(cache=True)
+@kernel
 def control(
     mind: np.record, gains: np.record, demand: np.record,
     position_ned_m: FloatArray, velocity_ned_mps: FloatArray, q_ned_frd: FloatArray,
@@ -201,7 +201,7 @@ def control(
         mind.signals[i] = max(gains.signal_idle, signal_for(mind.motors[i], gains.thrust_model))
 
 
-@njit(cache=True)
+@kernel
 def detect_ground(
     mind: np.record, gains: np.record, demand: np.record, velocity_ned_mps: FloatArray, dt: float
 ) -> None:
@@ -213,7 +213,7 @@ def detect_ground(
     if mind.thrust > little:
         mind.still_s = 0.0
         # Still on the ground until the motors carry the weight: a take-off that has not happened is no flight.
-        if mind.thrust > 0.9 * gains.thrust_hover:
+        if mind.thrust > 0.7 * gains.thrust_hover:
             mind.on_ground = 0
         return
     v, w = velocity_ned_mps, mind.rate_frd_radps

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+from sitl.kernels import kernel
 
 from sitl.airframe import Rotors
 from sitl.signals import FloatArray
@@ -34,7 +34,7 @@ def mix_columns(rotors: Rotors) -> FloatArray:
     return columns
 
 
-@njit(cache=True)
+@kernel
 def _shift(motors: FloatArray, column: FloatArray, most: float) -> float:
     """How much of `column` to add so that the worst overshoots at both ends meet in the middle."""
     low = high = 0.0
@@ -50,7 +50,7 @@ def _shift(motors: FloatArray, column: FloatArray, most: float) -> float:
     return low + high
 
 
-@njit(cache=True)
+@kernel
 def _give_way(motors: FloatArray, column: FloatArray, most: float, only_less: bool) -> None:
     first = _shift(motors, column, most)
     if only_less and first > 0.0:
@@ -62,7 +62,7 @@ def _give_way(motors: FloatArray, column: FloatArray, most: float, only_less: bo
         motors[i] += second * column[i]
 
 
-@njit(cache=True)
+@kernel
 def mix(
     columns: FloatArray, torque: FloatArray, thrust: float, motors: FloatArray, saturated: np.ndarray
 ) -> None:
@@ -92,7 +92,7 @@ def mix(
             saturated[axis] = 1 if short > 0.0 else -1
 
 
-@njit(cache=True)
+@kernel
 def signal_for(thrust: float, model: float) -> float:
     """The motor signal that gives `thrust` = model·s² + (1 - model)·s (THR_MDL_FAC)."""
     if model <= 0.0:

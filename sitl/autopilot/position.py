@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+from sitl.kernels import kernel
 
 from sitl.signals import FloatArray
 
 __all__ = ["constrained", "control_position"]
 
 
-@njit(cache=True)
+@kernel
 def constrained(first: tuple[float, float], second: tuple[float, float], limit: float) -> tuple[float, float]:
     """`first + second` within `limit`: `first` keeps its place, `second` is cut (PX4's constrainXY).
 
@@ -31,7 +31,7 @@ def constrained(first: tuple[float, float], second: tuple[float, float], limit: 
     return first[0] + s * ux, first[1] + s * uy
 
 
-@njit(cache=True)
+@kernel
 def control_position(mind: np.record, gains: np.record, demand: np.record, position_ned_m: FloatArray) -> None:
     """Set `mind.velocity_wanted_ned_mps`; NaN where an axis is flown by acceleration alone.
 

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from sitl.kernels import kernel
 
 from sitl.signals import FloatArray
 
@@ -33,7 +33,7 @@ def low_pass(sample_hz: float, cutoff_hz: float) -> LowPass:
     return LowPass(b, 2.0 * b, b, 2.0 * (k * k - 1.0) / norm, (1.0 - math.sqrt(2.0) * k + k * k) / norm)
 
 
-@njit(cache=True)
+@kernel
 def filter_gyro(mind: np.record, gains: np.record, rate_frd_radps: FloatArray, dt: float) -> None:
     """Take a gyro sample into `mind.rate_frd_radps` and its slope (IMU_GYRO_CUTOFF, IMU_DGYRO_CUTOFF)."""
     b0, b1, b2, a1, a2 = gains.gyro[0], gains.gyro[1], gains.gyro[2], gains.gyro[3], gains.gyro[4]
@@ -47,7 +47,7 @@ def filter_gyro(mind: np.record, gains: np.record, rate_frd_radps: FloatArray, d
         mind.rate_slope[i] += gains.rate_slope_alpha * (rise - mind.rate_slope[i])
 
 
-@njit(cache=True)
+@kernel
 def control_rate(mind: np.record, gains: np.record, dt: float) -> None:
     """Set `mind.torque`; integrate where the mixer had room the last time."""
     for i in range(3):

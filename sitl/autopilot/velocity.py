@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+from sitl.kernels import kernel
 
 from sitl.geo import GRAVITY_MPS2
 from sitl.rotation import Triple
@@ -17,7 +17,7 @@ from sitl.signals import FloatArray
 __all__ = ["control_velocity", "thrust_for"]
 
 
-@njit(cache=True)
+@kernel
 def thrust_for(
     acceleration: FloatArray, hover: float, thrust_min: float, thrust_max: float, margin: float, tilt_max: float
 ) -> tuple[Triple, Triple]:
@@ -45,7 +45,7 @@ def thrust_for(
     return (asked[0] * cut, asked[1] * cut, down), asked
 
 
-@njit(cache=True)
+@kernel
 def control_velocity(
     mind: np.record, gains: np.record, demand: np.record, velocity_ned_mps: FloatArray, dt: float
 ) -> None:

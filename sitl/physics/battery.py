@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+from sitl.kernels import kernel
 
 from sitl.airframe import Airframe
 
@@ -41,7 +41,7 @@ def new_pack(airframe: Airframe) -> np.ndarray:
     return pack
 
 
-@njit(cache=True)
+@kernel
 def drain(pack: np.record, shaft_power_w: float, dt_s: float) -> None:
     """Draw the rotors' shaft power for `dt_s`; an empty pack keeps its last voltage."""
     left = max(0.0, 1.0 - pack.used_ah / pack.capacity_ah)

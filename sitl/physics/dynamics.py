@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+from sitl.kernels import kernel
 
 from sitl.airframe import Airframe
 from sitl.geo import GRAVITY_MPS2
@@ -98,7 +98,7 @@ def new_body(q_ned_frd: FloatArray, position_ned_m: FloatArray) -> np.ndarray:
     return body
 
 
-@njit(cache=True)
+@kernel
 def _air_load(
     velocity: Triple, q: Quaternion, rate: Triple, rotor: Quaternion, plant: np.record
 ) -> tuple[Triple, Triple]:
@@ -124,7 +124,7 @@ def _air_load(
     return (fx, fy, fz), (tx, ty, tz)
 
 
-@njit(cache=True)
+@kernel
 def _ground_load(
     position: Triple, velocity: Triple, q: Quaternion, rate: Triple, plant: np.record
 ) -> tuple[Triple, Triple]:
@@ -152,7 +152,7 @@ def _ground_load(
     return (fx, fy, fz), (tx, ty, tz)
 
 
-@njit(cache=True)
+@kernel
 def _slope(
     position: Triple, velocity: Triple, q: Quaternion, rate: Triple, rotor: Quaternion, near: bool, plant: np.record
 ) -> tuple[Triple, Triple, Triple]:
@@ -175,23 +175,23 @@ def _slope(
     return (an, ae, ad + GRAVITY_MPS2), (sx, sy, sz), turn
 
 
-@njit(cache=True)
+@kernel
 def _moved(a: Triple, b: Triple, h: float) -> Triple:
     return a[0] + h * b[0], a[1] + h * b[1], a[2] + h * b[2]
 
 
-@njit(cache=True)
+@kernel
 def _turning(q: Quaternion, rate: Triple) -> Quaternion:
     a, b, c, d = multiply(q, (0.0, rate[0], rate[1], rate[2]))
     return 0.5 * a, 0.5 * b, 0.5 * c, 0.5 * d
 
 
-@njit(cache=True)
+@kernel
 def _turned(q: Quaternion, dq: Quaternion, h: float) -> Quaternion:
     return q[0] + h * dq[0], q[1] + h * dq[1], q[2] + h * dq[2], q[3] + h * dq[3]
 
 
-@njit(cache=True)
+@kernel
 def _simpson(a: Triple, b: Triple, c: Triple, d: Triple) -> Triple:
     return (
         (a[0] + 2.0 * (b[0] + c[0]) + d[0]) / 6.0,
@@ -200,7 +200,7 @@ def _simpson(a: Triple, b: Triple, c: Triple, d: Triple) -> Triple:
     )
 
 
-@njit(cache=True)
+@kernel
 def _held(position: Triple, velocity: Triple, q: Quaternion, rate: Triple, rotor: Quaternion, plant: np.record) -> bool:
     """Whether the ground holds it: all feet down, hardly moving, and the load inside the friction cone.
 
@@ -227,7 +227,7 @@ def _held(position: Triple, velocity: Triple, q: Quaternion, rate: Triple, rotor
     )
 
 
-@njit(cache=True)
+@kernel
 def step(body: np.record, plant: np.record, target_speed_radps: FloatArray) -> None:
     """Move `body` on by STEP_S with its rotors running towards `target_speed_radps`."""
     h = STEP_S

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+from sitl.kernels import kernel
 
 from sitl.signals import FloatArray
 
@@ -23,7 +23,7 @@ GUST_NORMALS = 3
 _FOOT_M = 0.3048
 
 
-@njit(cache=True)
+@kernel
 def _lag(state: FloatArray, at: int, decay: float, drive: float) -> float:
     """Output of σ √(L/πV) (1 + √3 T s) / (1 + T s)², as √3 / (1 + T s) + (1 - √3) / (1 + T s)²; unit variance
     of the drive gives 2 of the output.
@@ -35,7 +35,7 @@ def _lag(state: FloatArray, at: int, decay: float, drive: float) -> float:
     return root3 * state[at] + (1.0 - root3) * state[at + 1]
 
 
-@njit(cache=True)
+@kernel
 def blow(
     air: np.record, height_m: float, velocity_ned_mps: FloatArray, normals: FloatArray, dt_s: float,
     wind_ned_mps: FloatArray,

@@ -10,7 +10,7 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
+from sitl.kernels import kernel
 
 from sitl.airframe import Senses
 from sitl.geo import geodetic_of_ned
@@ -43,6 +43,15 @@ class GpsGrade(NamedTuple):
     speed_mps: float
     fix_type: int
     satellites: int
+
+    @property
+    def sigma(self) -> tuple[float, float, float]:
+        """What the receiver reports: 1 σ of position, horizontally and vertically, and of speed."""
+        return (
+            math.hypot(self.white_h_m, self.wander_h_m),
+            math.hypot(self.white_v_m, self.wander_v_m),
+            self.speed_mps,
+        )
 
 
 GPS_GRADES: Final = {
@@ -99,7 +108,7 @@ def new_sensed(
     return sensed
 
 
-@njit(cache=True)
+@kernel
 def measure_imu(sensed: np.record, slot: int, force: FloatArray, rate: FloatArray, normals: FloatArray) -> None:
     """Put the sample whose true means are `force` and `rate` into `slot`, and let the biases walk."""
     for i in range(3):
@@ -109,7 +118,7 @@ def measure_imu(sensed: np.record, slot: int, force: FloatArray, rate: FloatArra
         sensed.imu_bias[3 + i] += sensed.imu_walk[1] * normals[9 + i]
 
 
-@njit(cache=True)
+@kernel
 def measure_baro(sensed: np.record, down_m: float, normals: FloatArray) -> None:
     """Take a pressure height."""
     decay = math.exp(-BARO_S / _BARO_DRIFT_TIME_S)
@@ -118,7 +127,7 @@ def measure_baro(sensed: np.record, down_m: float, normals: FloatArray) -> None:
     sensed.baro_alt_m = sensed.home[2] - down_m + sensed.baro_drift_m + sensed.baro_noise_m * normals[0]
 
 
-@njit(cache=True)
+@kernel
 def measure_mag(sensed: np.record, q_ned_frd: FloatArray, normals: FloatArray) -> None:
     """Take the field along the body axes."""
     field = unrotate(q_ned_frd, sensed.field_ned_gauss)
@@ -126,7 +135,7 @@ def measure_mag(sensed: np.record, q_ned_frd: FloatArray, normals: FloatArray) -
         sensed.mag_frd_gauss[i] = field[i] + sensed.mag_noise_gauss * normals[i]
 
 
-@njit(cache=True)
+@kernel
 def measure_fix(
     sensed: np.record, frame: int, position_ned_m: FloatArray, velocity_ned_mps: FloatArray, normals: FloatArray,
     received: bool,

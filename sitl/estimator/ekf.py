@@ -1,0 +1,309 @@
+"""The filter that flies: filterpy's extended Kalman filter over the error state, at the delayed horizon.
+
+The error state is zero between updates: an update makes one, `inject` moves it into the nominal state, and it is zero
+again. `KernelFilter` overrides filterpy's arithmetic by kernels; `stock=True` flies filterpy's own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from filterpy.kalman import ExtendedKalmanFilter
+from sitl.kernels import kernel
+
+from sitl.airframe import Senses
+from sitl.estimator.model import (
+    HAS_BARO,
+    HAS_FIX,
+    HAS_MAG,
+    HORIZON_FRAMES,
+    NAV,
+    PREDICT_S,
+    RING,
+    STATES,
+    catch_up,
+    inject,
+    mag_expected,
+    mag_jacobian,
+    predict_covariance,
+    process_noise,
+    transition,
+)
+from sitl.geo import GRAVITY_MPS2, geodetic_of_ned, ned_of_geodetic
+from sitl.params import Params
+from sitl.rotation import from_euler
+from sitl.signals import FloatArray
+
+__all__ = ["BOOK", "Ekf", "KernelFilter"]
+
+ALIGN_FRAMES = 100
+_RESET_AFTER = 10
+_DEAD_RECKONING_FRAMES = 500  # PX4's EKF2_NOAID_TOUT, 5 s
+_BARO_BIAS_TIME_S = 30.0
+_FIX_S = 0.1
+_FIX_H = np.eye(6, STATES)
+_BARO_H = -np.eye(1, STATES, 2)
+
+BOOK = np.dtype(
+    [
+        ("origin", "f8", 3),  # lat_deg, lon_deg, alt_amsl_m
+        ("baro_bias_m", "f8"),
+        ("baro_alt_m", "f8"),
+        ("rejected", "i8"),  # fixes in a row
+        ("fix_frame", "i8"),  # of the last fix that was used
+        ("aligning", "i8"),  # frames that were averaged
+        ("sum", "f8", 9),  # specific force, rate, field
+    ]
+)
+"""What the estimator remembers beside the filter."""
+
+
+@kernel
+def _update(
+    x: FloatArray, P: FloatArray, residual: FloatArray, H: FloatArray, R: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """x := x + K r, P := P - K S Kᵀ, in place and exactly symmetric; K, S and L⁻¹ r.
+
+    With S = L Lᵀ and W = P Hᵀ L⁻ᵀ, K S Kᵀ is W Wᵀ, K r is W L⁻¹ r and K is W L⁻¹.
+    """
+    m, n = H.shape
+    PHt = np.zeros((n, m))
+    for i in range(n):
+        for k in range(m):
+            total = 0.0
+            for j in range(n):
+                if H[k, j] != 0.0:
+                    total += P[i, j] * H[k, j]
+            PHt[i, k] = total
+    S = R.copy()
+    for a in range(m):
+        for b in range(m):
+            for j in range(n):
+                if H[a, j] != 0.0:
+                    S[a, b] += H[a, j] * PHt[j, b]
+    L = np.zeros((m, m))
+    for a in range(m):
+        for b in range(a + 1):
+            total = S[a, b]
+            for k in range(b):
+                total -= L[a, k] * L[b, k]
+            L[a, b] = math.sqrt(total) if a == b else total / L[b, b]
+    W = PHt.copy()
+    whitened = residual.copy()
+    for a in range(m):
+        for b in range(a):
+            whitened[a] -= L[a, b] * whitened[b]
+            for i in range(n):
+                W[i, a] -= W[i, b] * L[a, b]
+        whitened[a] /= L[a, a]
+        for i in range(n):
+            W[i, a] /= L[a, a]
+    for i in range(n):
+        for a in range(m):
+            x[i] += W[i, a] * whitened[a]
+        for j in range(i + 1):
+            total = P[i, j]
+            for a in range(m):
+                total -= W[i, a] * W[j, a]
+            P[i, j] = P[j, i] = total
+    for a in range(m - 1, -1, -1):
+        for b in range(a + 1, m):
+            for i in range(n):
+                W[i, a] -= W[i, b] * L[b, a]
+        for i in range(n):
+            W[i, a] /= L[a, a]
+    return W, S, whitened
+
+
+@kernel
+def _worst_ratio(P: FloatArray, residual: FloatArray, H: FloatArray, R: FloatArray) -> float:
+    """The greatest r²/S of the components: what PX4 holds against the gate squared."""
+    worst = 0.0
+    for a in range(H.shape[0]):
+        s = R[a, a]
+        for i in range(STATES):
+            if H[a, i] != 0.0:
+                for j in range(STATES):
+                    s += H[a, i] * P[i, j] * H[a, j]
+        worst = max(worst, residual[a] * residual[a] / s)
+    return worst
+
+
+class KernelFilter(ExtendedKalmanFilter):  # type: ignore[misc]
+    """filterpy's filter with `predict` and `update` in kernels that know the transition's zeros.
+
+    It keeps no priors and posteriors beside `x` and `P`.
+    """
+
+    def __init__(self, nav: np.ndarray, noise: FloatArray) -> None:
+        super().__init__(dim_x=STATES, dim_z=6)
+        self.x = np.zeros(STATES)
+        self._nav, self._noise, self._work = nav, noise, np.zeros((STATES, STATES))
+
+    def predict(self, u: float = 0) -> None:
+        """P at the end of the horizon's frame; the error state is zero and stays so."""
+        predict_covariance(self.P, self._work, self._nav, self._noise, PREDICT_S)
+
+    def update(  # noqa: D102 - filterpy's own words
+        self, z: FloatArray, HJacobian: Callable, Hx: Callable, R: FloatArray, **_: object
+    ) -> None:
+        self.y = z - Hx(self.x)
+        self.K, self.S, whitened = _update(self.x, self.P, self.y, HJacobian(self.x), R)
+        self._mahalanobis = math.sqrt((whitened * whitened).sum())
+
+
+class StockFilter(ExtendedKalmanFilter):  # type: ignore[misc]
+    """filterpy's filter and arithmetic, given the horizon's transition before each prediction."""
+
+    def __init__(self, nav: np.ndarray, noise: FloatArray) -> None:
+        super().__init__(dim_x=STATES, dim_z=6)
+        self.x = np.zeros(STATES)
+        self.Q = np.diag(noise)
+        self._nav = nav[0]
+
+    def predict(self, u: float = 0) -> None:
+        """P at the end of the horizon's frame."""
+        nav = self._nav
+        self.F = transition(nav["mean_q"], nav["mean_force"], nav["mean_rate"], PREDICT_S)
+        super().predict()
+
+
+class Ekf:
+    """The estimator: aligns itself standing still, anchors its origin at the first fix, then fuses what comes.
+
+    `nav` is shared with the kernels that carry the nominal state; `field_ned_gauss` is what its map says of the place.
+    """
+
+    def __init__(
+        self, nav: np.ndarray, senses: Senses, params: Params, *, fix_sigma: tuple[float, float, float],
+        field_ned_gauss: tuple[float, float, float], origin_offset_ned_m: tuple[float, float, float], stock: bool,
+    ) -> None:
+        self.nav, self.book = nav, np.zeros(1, BOOK)
+        s = senses
+        noise = process_noise(
+            s.accel_noise_mps2_rthz, s.gyro_noise_radps_rthz, s.accel_walk_mps3_rthz, s.gyro_walk_radps2_rthz, PREDICT_S
+        )
+        self.filter = StockFilter(nav, noise) if stock else KernelFilter(nav, noise)
+        self._senses, self._offset = senses, origin_offset_ned_m
+        self._field = np.array(field_ned_gauss)
+        self._fix_sigma = np.array([fix_sigma[0]] * 2 + [fix_sigma[1]] + [fix_sigma[2]] * 3)
+        self._fix_R = np.diag(self._fix_sigma**2)
+        self._baro_R = np.array([[s.baro_noise_m**2 + s.baro_drift_m**2]])
+        self._mag_R = np.eye(3) * s.mag_noise_gauss**2
+        self.params = params
+
+        self._b = self.book[0]
+        n = nav[0]
+        self._fix, self._baro, self._mag, self._imu = n["fix"], n["baro_alt_m"], n["mag"], n["imu"]
+        self._q, self._pose = n["q_ned_frd"], np.ndarray(6, np.float64, nav, NAV.fields["position_ned_m"][1])
+        self.running = False
+
+    def step(self, frame: int, has: int) -> None:
+        """One frame at the horizon: predict, then fuse what was measured at its end. `frame` counts the newest."""
+        slot = (frame - HORIZON_FRAMES) % RING
+        if not self.running:
+            if frame > HORIZON_FRAMES:
+                self._align(frame, slot, has)
+            return
+        self.filter.predict()
+        if not has:
+            return
+        if has & HAS_FIX:
+            self._fuse_fix(frame, slot)
+        if has & HAS_BARO:
+            self._fuse_baro(slot)
+        if has & HAS_MAG:
+            z, expected = self._mag[slot], mag_expected(self._q, self._field)
+            self._fuse(z, expected, mag_jacobian(self._q, self._field), self._mag_R, self.params["EKF2_MAG_GATE"])
+        catch_up(self.nav)
+
+    def _fuse(self, z: FloatArray, expected: FloatArray, H: FloatArray, R: FloatArray, gate: float) -> bool:
+        """Fuse one measurement unless a component lies beyond `gate` standard deviations."""
+        if _worst_ratio(self.filter.P, z - expected, H, R) > gate * gate:
+            return False
+        self.filter.update(z, lambda _: H, lambda _: expected, R=R)
+        inject(self.nav, self.filter.x, self.filter.P)
+        self.filter.x[:] = 0.0
+        return True
+
+    def _fuse_fix(self, frame: int, slot: int) -> None:
+        book, fix = self._b, self._fix[slot]
+        lat, lon, alt = book["origin"].tolist()
+        z = np.array([*ned_of_geodetic((lat, lon, alt), tuple(fix[:3].tolist())), *fix[3:].tolist()])
+        if self._fuse(z, self._pose, _FIX_H, self._fix_R, self.params["EKF2_GPS_P_GATE"]):
+            book["rejected"] = 0
+            book["fix_frame"] = frame
+        else:
+            book["rejected"] += 1
+            if book["rejected"] >= _RESET_AFTER:
+                self._reset_to(z)
+                book["rejected"], book["fix_frame"] = 0, frame
+        # The barometer's offset is learnt from fixes, never from the filter, which would confirm itself.
+        share = _FIX_S / _BARO_BIAS_TIME_S
+        book["baro_bias_m"] += share * (book["baro_alt_m"] - (alt - z[2]) - book["baro_bias_m"])
+
+    def _fuse_baro(self, slot: int) -> None:
+        book = self._b
+        book["baro_alt_m"] = self._baro[slot]
+        height = self._baro[slot] - book["baro_bias_m"] - book["origin"][2]
+        self._fuse(
+            np.array([height]), np.array([-self._pose[2]]), _BARO_H, self._baro_R, self.params["EKF2_BARO_GATE"]
+        )
+
+    def _reset_to(self, z: FloatArray) -> None:
+        """Believe the fix: position and velocity start anew from it."""
+        P = self.filter.P
+        P[:6, :], P[:, :6] = 0.0, 0.0
+        P[range(6), range(6)] = self._fix_sigma**2
+        self._pose[:] = z
+
+    def _align(self, frame: int, slot: int, has: int) -> None:
+        """Average the standing vehicle's senses; start at the first fix after ALIGN_FRAMES."""
+        book, total = self._b, self._b["sum"]
+        total[:6] += self._imu[slot].mean(axis=0)
+        total[6:] += self._mag[slot]
+        book["aligning"] += 1
+        if has & HAS_BARO:
+            book["baro_alt_m"] = self._baro[slot]
+        if book["aligning"] < ALIGN_FRAMES or not has & HAS_FIX:
+            return
+        fx, fy, fz, wx, wy, wz, mx, my, mz = (total / book["aligning"]).tolist()
+        roll, pitch = math.atan2(-fy, -fz), math.atan2(fx, math.hypot(fy, fz))
+        level_y = math.cos(roll) * my - math.sin(roll) * mz
+        level_z = math.sin(roll) * my + math.cos(roll) * mz
+        level_x = math.cos(pitch) * mx + math.sin(pitch) * level_z
+        declination = math.atan2(self._field[1], self._field[0])
+
+        n, fix, s = self.nav[0], self._fix[slot], self._senses
+        n["q_ned_frd"] = from_euler(roll, pitch, declination - math.atan2(level_y, level_x))
+        n["gyro_bias"] = wx, wy, wz
+        place = (float(fix[0]), float(fix[1]), float(fix[2]))
+        book["origin"] = geodetic_of_ned(place, self._offset)
+        self._pose[:3] = ned_of_geodetic(tuple(book["origin"].tolist()), place)
+        self._pose[3:] = 0.0
+        book["baro_bias_m"] = book["baro_alt_m"] - place[2]
+        gyro_sigma = s.gyro_noise_radps_rthz / math.sqrt(PREDICT_S * book["aligning"])
+        tilt = s.accel_bias_mps2 / GRAVITY_MPS2  # the level was taken from a biased accelerometer, so
+        sigma = [*self._fix_sigma[:3], *[0.02] * 3, tilt, tilt, 0.02, *[gyro_sigma] * 3]
+        P = np.diag(np.array([*sigma, *[s.accel_bias_mps2] * 3]) ** 2)
+        P[6, 13] = P[13, 6] = 0.99 * tilt * s.accel_bias_mps2  # tilt errors are its biases seen otherwise
+        P[7, 12] = P[12, 7] = -0.99 * tilt * s.accel_bias_mps2
+        self.filter.P[:] = P
+        book["fix_frame"] = frame
+        n["running"] = 1
+        self.running = True
+        catch_up(self.nav)
+
+    def fixes_fresh(self, frame: int) -> bool:
+        """Whether position and velocity rest on fixes, or were dead-reckoned for no longer than PX4 allows."""
+        return self.running and frame - int(self._b["fix_frame"]) <= _DEAD_RECKONING_FRAMES
+
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """All that changes, for a snapshot; `nav` is shared and not among it."""
+        return self.book, self.filter.x, self.filter.P
+
+    def resume(self) -> None:
+        """Go on from what was written into `arrays()` and `nav`."""
+        self.running = bool(self.nav["running"][0])

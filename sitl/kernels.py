@@ -1,0 +1,40 @@
+"""`@kernel`: numba's `@njit`, cached on disk under a digest of every file that holds a kernel.
+
+numba's own cache looks only at the file of the function itself, so a change in a callee of another room would go
+unseen and the stale machine code would fly on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+from numba import njit
+from numba.core.caching import FunctionCache
+
+__all__ = ["kernel", "sources_digest"]
+
+Function = TypeVar("Function", bound=Callable)
+
+
+def sources_digest(folder: Path) -> str:
+    """A digest of all Python files below `folder` that hold a kernel."""
+    texts = (path.read_bytes() for path in sorted(folder.rglob("*.py")))
+    return hashlib.sha256(b"".join(text for text in texts if b"@kernel" in text)).hexdigest()
+
+
+_DIGEST = sources_digest(Path(__file__).parent)
+
+
+class _Cache(FunctionCache):  # type: ignore[misc]
+    def _index_key(self, sig: object, codegen: object) -> tuple:
+        return (*super()._index_key(sig, codegen), _DIGEST)
+
+
+def kernel(function: Function) -> Function:
+    """`function`, compiled at its first call; bit-reproducible: never fastmath."""
+    compiled = njit(function)
+    compiled._cache = _Cache(function)
+    return compiled  # type: ignore[no-any-return]

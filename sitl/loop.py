@@ -1,0 +1,123 @@
+"""One frame of life, 10 ms: the rooms in the order in which a sample runs through them, fused into one kernel.
+
+Truth stays in WORLD, which only physics reads; what the brain learns passes through `sensed` alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sitl.autopilot.cascade import CASCADE_S, DEMAND, GAINS, MIND, control, detect_ground
+from sitl.autopilot.rate import filter_gyro
+from sitl.estimator.model import HAS_BARO, HAS_FIX, HAS_MAG, IMU_S, NAV, RING, advance_horizon, tick
+from sitl.kernels import kernel
+from sitl.physics.battery import PACK, drain
+from sitl.physics.dynamics import BODY, PLANT, step
+from sitl.physics.environment import AIR, GUST_NORMALS, blow
+from sitl.physics.sensors import (
+    BARO_NORMALS,
+    GPS_DELAY_FRAMES,
+    GPS_NORMALS,
+    IMU_NORMALS,
+    MAG_NORMALS,
+    SENSED,
+    measure_baro,
+    measure_fix,
+    measure_imu,
+    measure_mag,
+)
+
+__all__ = ["BLOCK_FRAMES", "BRAIN", "FRAME_S", "NOISE", "WORLD", "live"]
+
+FRAME_S = 0.01
+BLOCK_FRAMES = 200
+"""Noise is drawn ahead for this many frames."""
+
+WORLD = np.dtype(
+    [
+        ("body", BODY),
+        ("plant", PLANT),
+        ("air", AIR),
+        ("pack", PACK),
+        ("sensed", SENSED),
+        ("speed_max_radps", "f8"),
+        ("target_speed_radps", "f8", 4),
+        ("mean_force", "f8", 3),
+        ("mean_rate", "f8", 3),
+    ]
+)
+BRAIN = np.dtype([("nav", NAV), ("mind", MIND), ("gains", GAINS), ("demand", DEMAND)])
+NOISE = np.dtype(
+    [
+        ("imu", "f8", (BLOCK_FRAMES, 2, IMU_NORMALS)),
+        ("gust", "f8", (BLOCK_FRAMES, GUST_NORMALS)),
+        ("baro", "f8", (BLOCK_FRAMES // 4, BARO_NORMALS)),
+        ("mag", "f8", (BLOCK_FRAMES // 4, MAG_NORMALS)),
+        ("gps", "f8", (BLOCK_FRAMES // 10, GPS_NORMALS)),
+    ]
+)
+
+
+@kernel
+def _move(world: np.record, brain: np.record, noise: np.record, at: int) -> None:
+    """Four steps of cascade and body, and the two IMU samples that fall in them."""
+    body, plant, pack, sensed = world.body, world.plant, world.pack, world.sensed
+    nav, mind, gains = brain.nav, brain.mind, brain.gains
+    strength = world.speed_max_radps * min(1.0, pack.voltage_v / pack.full_v)
+    slot = nav.frame % RING
+    shaft_power_w = 0.0
+    for k in range(4):
+        control(mind, gains, brain.demand, nav.out_position_ned_m, nav.out_velocity_ned_mps, nav.out_q_ned_frd)
+        for i in range(4):
+            world.target_speed_radps[i] = mind.signals[i] * strength
+        step(body, plant, world.target_speed_radps)
+        for i in range(3):
+            before_force = world.mean_force[i] if k % 2 else 0.0
+            before_rate = world.mean_rate[i] if k % 2 else 0.0
+            world.mean_force[i] = before_force + 0.5 * body.specific_force_frd_mps2[i]
+            world.mean_rate[i] = before_rate + 0.5 * body.mean_rate_frd_radps[i]
+        for i in range(4):
+            speed = body.rotor_speed_radps[i]
+            shaft_power_w += 0.25 * plant.torque_per_thrust_m * plant.thrust_n_per_radps2[i] * speed**3
+        if k % 2:
+            measure_imu(sensed, k // 2, world.mean_force, world.mean_rate, noise.imu[at, k // 2])
+            nav.imu[slot, k // 2, :] = sensed.imu[k // 2, :]
+            tick(nav, k // 2)
+            filter_gyro(mind, gains, nav.out_rate_frd_radps, IMU_S)
+    drain(pack, shaft_power_w, FRAME_S)
+
+
+@kernel
+def _sense(world: np.record, nav: np.record, noise: np.record, frame: int, at: int, received: bool) -> None:
+    """What the slower senses take at the end of this frame, and the fix that arrives."""
+    body, sensed = world.body, world.sensed
+    slot = frame % RING
+    nav.has[slot] = 0
+    if (frame + 1) % 4 == 0:
+        measure_baro(sensed, body.position_ned_m[2], noise.baro[at // 4])
+        measure_mag(sensed, body.q_ned_frd, noise.mag[at // 4])
+        nav.baro_alt_m[slot] = sensed.baro_alt_m
+        nav.mag[slot, :] = sensed.mag_frd_gauss
+        nav.has[slot] = HAS_BARO | HAS_MAG
+    if (frame + 1) % 10 == 0:
+        measure_fix(sensed, frame, body.position_ned_m, body.velocity_ned_mps, noise.gps[at // 10], received)
+    taken = frame - GPS_DELAY_FRAMES
+    if taken >= 0 and (taken + 1) % 10 == 0 and sensed.fix_valid[taken % 16]:
+        nav.fix[taken % RING, :] = sensed.fix[taken % 16, :]
+        nav.has[taken % RING] |= HAS_FIX
+
+
+@kernel
+def live(worlds: np.ndarray, brains: np.ndarray, noises: np.ndarray, received: bool) -> int:
+    """Live one frame; what was measured at the estimator's horizon."""
+    world, brain, noise = worlds[0], brains[0], noises[0]
+    body, plant, nav = world.body, world.plant, brain.nav
+    frame = nav.frame
+    at = frame % BLOCK_FRAMES
+    height = plant.ground_down_m - body.position_ned_m[2]
+    blow(world.air, height, body.velocity_ned_mps, noise.gust[at], FRAME_S, plant.wind_ned_mps)
+    _move(world, brain, noise, at)
+    _sense(world, nav, noise, frame, at, received)
+    has = advance_horizon(nav)
+    detect_ground(brain.mind, brain.gains, brain.demand, nav.out_velocity_ned_mps, FRAME_S)
+    return has
