@@ -1,0 +1,140 @@
+"""`python -m sitl`: the bundled vehicle over UDP, as PX4 SITL."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+
+from sitl.airframe import load_airframe
+from sitl.faults import Fault, parse_fault
+from sitl.link.endpoint import GCS_PORTS, OFFBOARD_PORTS, PortTakenError, px4_links, run
+from sitl.params import Params
+from sitl.signals import GeoPoint
+from sitl.simulator import Simulator, SimulatorConfig
+from sitl.vehicle import VehicleConfig
+
+__all__ = ["main"]
+
+_KIOSK_HOME = "19.435235,-99.146145,2240,0"
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the vehicle until Ctrl-C. Returns the exit code: 2 when a port is taken or an option is wrong."""
+    options = _parser().parse_args(argv)
+    home, heading_ned_rad = options.home
+    airframe = load_airframe(options.airframe)
+    vehicle = VehicleConfig(
+        airframe=airframe,
+        params=Params(airframe.params),
+        home=home,
+        heading_ned_rad=heading_ned_rad,
+        seed=options.seed,
+        gps=options.gps,
+        wind_ned_mps=options.wind,
+        faults=tuple(options.fault),
+    )
+    config = SimulatorConfig(
+        vehicle, options.autopilot, options.instance, loss_scale=max(1.0, options.speedup)
+    )
+    try:
+        links = px4_links(options.bind, options.instance)
+    except PortTakenError as error:
+        print(f"sitl: {error}", file=sys.stderr)
+        return 2
+    simulator = Simulator(config)
+    print(
+        f"sitl: {options.autopilot} {options.airframe}, system {options.instance + 1}, "
+        f"UDP {_ports(OFFBOARD_PORTS, options.instance)} and {_ports(GCS_PORTS, options.instance)}",
+        flush=True,
+    )
+    ready = False
+
+    def tell() -> bool:
+        nonlocal ready
+        if not ready and simulator.report.flight.ready:
+            ready = True
+            print(f"[{1e-6 * simulator.time_us:8.2f} s] ready to arm", flush=True)
+        for event in simulator.take_events():
+            print(f"[{1e-6 * event.time_us:8.2f} s] {event.kind}: {event.text}", flush=True)
+        return True
+
+    try:
+        run(simulator.exchange, links, speedup=options.speedup, after_frame=tell)
+    except KeyboardInterrupt:
+        print("sitl: stopped", flush=True)
+    finally:
+        for link in links:
+            link.close()
+    return 0
+
+
+def _ports(ports: tuple[int, int], instance: int) -> str:
+    local, remote = ports
+    return f"{local + instance}→{remote + instance}"
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m sitl", description=__doc__)
+    add = parser.add_argument
+    add("--autopilot", choices=["px4"], default="px4", help="whose behaviour on the link (default: px4)")
+    add("--airframe", default="x500", help="which body (default: x500)")
+    add("--home", type=_home, default=_home(_KIOSK_HOME), metavar="LAT,LON,ALT_AMSL_M,HEADING_DEG",
+        help=f"where it stands (default: {_KIOSK_HOME})")  # fmt: skip
+    add("--wind", type=_wind, default=(0.0, 0.0, 0.0), metavar="MPS[,FROM_DEG]",
+        help="steady wind and where it blows from (default: none; from the west)")  # fmt: skip
+    add("--speedup", type=_positive, default=1.0, metavar="X", help="times real time (default: 1)")
+    add("--seed", type=int, default=0, metavar="N", help="of the senses' noise (default: 0)")
+    add("--instance", type=_instance, default=0, metavar="N", help="added to the ports; the system is N + 1")
+    add("--bind", default="127.0.0.1", metavar="ADDR", help="listen there (default: this machine only)")
+    add("--gps", choices=["rtk", "standard"], default="rtk", help="how good the fixes are (default: rtk)")
+    add("--fault", type=_fault, action="append", default=[], metavar="SPEC",
+        help="NAME[=VALUE]@START[+DURATION], such as gps_loss@60s+20s; repeatable")  # fmt: skip
+    return parser
+
+
+def _numbers(text: str, counts: tuple[int, ...], form: str) -> list[float]:
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in counts or not all(map(math.isfinite, numbers)):
+        raise argparse.ArgumentTypeError(f"{text!r}: wanted {form}")
+    return numbers
+
+
+def _home(text: str) -> tuple[GeoPoint, float]:
+    lat_deg, lon_deg, alt_amsl_m, heading_deg = _numbers(text, (4,), "lat,lon,alt_amsl_m,heading_deg")
+    if abs(lat_deg) > 89.0 or abs(lon_deg) > 180.0:
+        raise argparse.ArgumentTypeError(f"{text!r}: latitude is within ±89 and longitude within ±180 degrees")
+    return GeoPoint(lat_deg, lon_deg, alt_amsl_m), math.radians(heading_deg)
+
+
+def _wind(text: str) -> tuple[float, float, float]:
+    speed_mps, from_deg, *_ = [*_numbers(text, (1, 2), "MPS or MPS,FROM_DEG"), 270.0]
+    from_rad = math.radians(from_deg)
+    return -speed_mps * math.cos(from_rad), -speed_mps * math.sin(from_rad), 0.0
+
+
+def _positive(text: str) -> float:
+    (number,) = _numbers(text, (1,), "a number above zero")
+    if number <= 0.0:
+        raise argparse.ArgumentTypeError(f"{text!r}: wanted a number above zero")
+    return number
+
+
+def _instance(text: str) -> int:
+    if not text.isdigit() or int(text) > 253:
+        raise argparse.ArgumentTypeError(f"{text!r}: wanted an integer from 0 to 253")
+    return int(text)
+
+
+def _fault(text: str) -> Fault:
+    try:
+        return parse_fault(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,370 @@
+"""The commander: decides what the vehicle does, from orders, setpoints and its own condition.
+
+Pure logic on values, after PX4 v1.17 as it was seen to behave without a radio control. What the modes do
+is in the table of `modes`. Simpler than PX4: no failsafe on a low battery, and none on a lost position.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from sitl.autopilot.course import Course, begin_course
+from sitl.autopilot.glide import start_glide
+from sitl.autopilot.modes import MODES, Briefing, Waypoint, climbs
+from sitl.geo import geodetic_of_ned, ned_of_geodetic
+from sitl.orders import (
+    Arm,
+    Condition,
+    Disarm,
+    FlightStatus,
+    Home,
+    Landed,
+    Mode,
+    Notice,
+    Order,
+    Reposition,
+    Severity,
+    SwitchMode,
+    TakeOff,
+    Verdict,
+)
+from sitl.signals import Demand, GeoPoint, Setpoint, vector
+
+__all__ = ["Commander", "CommanderState"]
+
+_NAN3 = (math.nan, math.nan, math.nan)
+_NOTHING = Setpoint(vector(_NAN3), vector(_NAN3), vector(_NAN3), math.nan, math.nan)
+_DISARMED = Demand(armed=False, idle=True, setpoint=_NOTHING)
+_IDLE = Demand(armed=True, idle=True, setpoint=_NOTHING)
+
+_LOSS_SEEN_US = 60_000
+"""PX4 notices lost setpoints this much after COM_OF_LOSS_T: 1.05 s was seen, and 0.95 Hz still held."""
+_PREFLIGHT_EXTRA_US = 1_500_000
+"""Auto-disarm without take-off was seen 11.5 s after arming, with COM_DISARM_PRFLT = 10 s."""
+_RC_LOSS_MODES = {1: Mode.HOLD, 2: Mode.RETURN, 3: Mode.LAND}
+"""NAV_RCL_ACT: what follows where there is no radio control."""
+_OFFBOARD_LOSS_MODES = {3: Mode.RETURN, 4: Mode.LAND, 5: Mode.HOLD}
+"""COM_OBL_RC_ACT. Its other values are modes for a pilot with sticks: without them NAV_RCL_ACT decides."""
+
+
+@dataclass(slots=True)
+class CommanderState:
+    """All that the commander remembers. Its parts are values, so that a copy is a snapshot."""
+
+    time_us: int = 0
+    armed: bool = False
+    armed_at_us: int = 0
+    flown: bool = False
+    landed_at_us: int | None = None
+    mode: Mode = Mode.HOLD
+    failsafe: Mode | None = None
+    """What is done instead of `mode` while setpoints are missing."""
+    takeoff_alt_amsl_m: float = math.nan
+    steering: Setpoint | None = None
+    steered_at_us: int | None = None
+    course: Course | None = None
+    setpoint: Setpoint = _NOTHING
+    home: Home | None = None
+    notices: tuple[Notice, ...] = ()
+
+    @property
+    def conduct(self) -> Mode:
+        """What is really done now."""
+        return self.failsafe or self.mode
+
+
+class Commander:
+    """Takes orders and setpoints, and says frame by frame what the cascade shall do.
+
+    `parameters` are PX4's, by name. `loss_scale` stretches COM_OF_LOSS_T, as PX4 does when it runs faster
+    than real time.
+    """
+
+    def __init__(self, parameters: Mapping[str, float], loss_scale: float = 1.0) -> None:
+        self.parameters = parameters
+        self._loss_scale = loss_scale
+        self._state = CommanderState()
+
+    @property
+    def armed(self) -> bool:
+        """Whether the motors may turn."""
+        return self._state.armed
+
+    @property
+    def mode(self) -> Mode:
+        """What is really done now."""
+        return self._state.conduct
+
+    def obey(self, order: Order, condition: Condition) -> Verdict:
+        """Carry out the order, or not."""
+        match order:
+            case Arm(force):
+                return self._arm(condition, force=force)
+            case Disarm(force):
+                return self._disarm(condition, force=force)
+            case TakeOff(alt_amsl_m):
+                self._state.takeoff_alt_amsl_m = alt_amsl_m
+                return self._switch(Mode.TAKEOFF, condition)
+            case SwitchMode(mode):
+                self._state.takeoff_alt_amsl_m = math.nan
+                return self._switch(mode, condition)
+            case Reposition():
+                return self._reposition(order, condition)
+
+    def steer(self, setpoint: Setpoint, condition: Condition) -> None:
+        """Take an OFFBOARD setpoint: a proof of life in any mode, obeyed in OFFBOARD only.
+
+        One that leaves an axis without any command stops the vehicle, which then waits for a better one.
+        """
+        state = self._state
+        state.steered_at_us = condition.time_us
+        if state.conduct is not Mode.OFFBOARD:
+            return
+        if _commands_every_axis(setpoint):
+            state.steering = setpoint
+        elif state.steering is not None:
+            state.steering = state.course = None
+
+    def command(self, condition: Condition) -> Demand:
+        """What the cascade shall do until the next frame."""
+        state = self._state
+        dt_s = 1e-6 * (condition.time_us - state.time_us)
+        state.time_us = condition.time_us
+        self._watch_home(condition)
+        if not state.armed:
+            return _DISARMED
+        self._watch_ground(condition)
+        self._watch_stream(condition)
+        if not state.armed:
+            return _DISARMED
+        if not self._may_fly(condition):
+            state.course = None
+            return _IDLE
+        if state.conduct is Mode.OFFBOARD and state.steering is not None:
+            state.setpoint = state.steering
+        else:
+            state.setpoint = self._proceed(condition, dt_s)
+        return Demand(armed=True, idle=False, setpoint=state.setpoint)
+
+    def status(self, condition: Condition) -> FlightStatus:
+        """What the commander says of itself."""
+        state = self._state
+        landed = Landed.ON_GROUND
+        if not condition.on_ground:
+            aloft = {Mode.TAKEOFF: Landed.TAKING_OFF, Mode.LAND: Landed.LANDING}
+            landed = aloft.get(state.conduct, Landed.IN_AIR)
+        return FlightStatus(
+            armed=state.armed,
+            mode=state.conduct,
+            landed=landed,
+            ready=_ready(condition),
+            failsafe=state.failsafe is not None,
+            home=state.home,
+            setpoint=state.setpoint,
+        )
+
+    def take_notices(self) -> tuple[Notice, ...]:
+        """What there is to tell since the last call."""
+        notices, self._state.notices = self._state.notices, ()
+        return notices
+
+    def snapshot(self) -> CommanderState:
+        """All that the commander remembers."""
+        return replace(self._state)
+
+    def restore(self, state: CommanderState) -> None:
+        """Go on from a snapshot."""
+        self._state = replace(state)
+
+    def _arm(self, condition: Condition, *, force: bool) -> Verdict:
+        state = self._state
+        if state.armed:
+            return Verdict.ACCEPTED
+        if not force:
+            refusal = self._refusal(condition)
+            if refusal:
+                self._notify(Severity.CRITICAL, f"Arming denied: {refusal}")
+                return Verdict.NOT_NOW
+        state.armed, state.armed_at_us = True, condition.time_us
+        state.flown, state.landed_at_us, state.failsafe = False, None, None
+        state.course = None
+        state.home = _home(condition) or state.home
+        self._notify(Severity.INFO, "Armed by external command")
+        return Verdict.ACCEPTED
+
+    def _refusal(self, condition: Condition) -> str | None:
+        if not _ready(condition):
+            return "Resolve system health failures first"
+        if not MODES[self._state.mode].arms:
+            return "Mode not suitable for takeoff"
+        if self._state.mode is Mode.OFFBOARD and not self._streamed(condition):
+            return "No offboard signal"
+        return None
+
+    def _disarm(self, condition: Condition, *, force: bool) -> Verdict:
+        if not self._state.armed:
+            return Verdict.ACCEPTED
+        if not (condition.on_ground or force):
+            self._notify(Severity.CRITICAL, "Disarming denied: not landed")
+            return Verdict.NOT_NOW
+        self._stand_down("Disarmed by external command")
+        return Verdict.ACCEPTED
+
+    def _stand_down(self, text: str) -> None:
+        state = self._state
+        state.armed, state.failsafe, state.steering, state.course = False, None, None, None
+        state.setpoint = _NOTHING
+        state.mode = MODES[state.mode].after_disarm or state.mode
+        self._notify(Severity.INFO, text)
+
+    def _switch(self, mode: Mode, condition: Condition) -> Verdict:
+        state = self._state
+        lost = state.armed and mode is Mode.OFFBOARD and not self._streamed(condition)
+        if lost or (MODES[mode].needs_home and state.home is None):
+            self._notify(
+                Severity.CRITICAL, f"Switching to mode '{mode.name.capitalize()}' is currently not available"
+            )
+            return Verdict.NOT_NOW
+        if state.conduct is not mode or mode is Mode.TAKEOFF:
+            state.steering = state.course = None
+        state.mode, state.failsafe = mode, None
+        return Verdict.ACCEPTED
+
+    def _reposition(self, order: Reposition, condition: Condition) -> Verdict:
+        state, origin = self._state, condition.origin
+        if origin is None or not condition.estimate.position_ok:
+            return Verdict.NOT_NOW
+        state.mode, state.failsafe = Mode.HOLD, None
+        if not self._may_fly(condition):
+            return Verdict.ACCEPTED
+        course = self._begin(condition)
+        here = course.route[-1]
+        north_m, east_m, _ = ned_of_geodetic(
+            _triple(origin), (order.lat_deg, order.lon_deg, origin.alt_amsl_m)
+        )
+        down_m = origin.alt_amsl_m - order.alt_amsl_m
+        goal = Waypoint(
+            place_m=complex(north_m, east_m) if math.isfinite(north_m + east_m) else here.place_m,
+            down_m=down_m if math.isfinite(down_m) else here.down_m,
+            yaw_ned_rad=order.yaw_ned_rad,
+            speed_mps=order.speed_mps,
+        )
+        state.course = replace(course, route=(goal,))
+        return Verdict.ACCEPTED
+
+    def _streamed(self, condition: Condition) -> bool:
+        """Whether setpoints still come, as far as anybody can tell."""
+        at_us, limit_s = self._state.steered_at_us, self.parameters["COM_OF_LOSS_T"] * self._loss_scale
+        return at_us is not None and condition.time_us - at_us <= 1e6 * limit_s + _LOSS_SEEN_US
+
+    def _watch_home(self, condition: Condition) -> None:
+        if self._state.home is None and _ready(condition):
+            self._state.home = _home(condition)
+
+    def _watch_ground(self, condition: Condition) -> None:
+        """Disarm who does not take off, and who has landed."""
+        state, now_us = self._state, condition.time_us
+        if not condition.on_ground:
+            state.flown, state.landed_at_us = True, None
+            return
+        if not state.flown:
+            since_us, limit_s, extra_us = (
+                state.armed_at_us,
+                self.parameters["COM_DISARM_PRFLT"],
+                _PREFLIGHT_EXTRA_US,
+            )
+        else:
+            since_us = state.landed_at_us = now_us if state.landed_at_us is None else state.landed_at_us
+            limit_s, extra_us = self.parameters["COM_DISARM_LAND"], 0
+        if limit_s > 0 and now_us - since_us >= 1e6 * limit_s + extra_us:
+            self._stand_down("Disarmed by landing" if state.flown else "Disarmed by auto preflight disarming")
+
+    def _watch_stream(self, condition: Condition) -> None:
+        """Enter the failsafe when setpoints stay away, leave it when they come back."""
+        state = self._state
+        if state.mode is not Mode.OFFBOARD:
+            return
+        if self._streamed(condition):
+            if state.failsafe is not None:
+                state.failsafe, state.steering, state.course = None, None, None
+        elif state.failsafe is None:
+            by_rc = _RC_LOSS_MODES.get(int(self.parameters["NAV_RCL_ACT"]), Mode.RETURN)
+            state.failsafe = _OFFBOARD_LOSS_MODES.get(int(self.parameters["COM_OBL_RC_ACT"]), by_rc)
+            state.steering = state.course = None
+            self._notify(Severity.CRITICAL, "Failsafe activated")
+
+    def _may_fly(self, condition: Condition) -> bool:
+        """Whether the motors may do more than idle."""
+        state = self._state
+        if not condition.on_ground:
+            return True
+        if not MODES[state.conduct].leaves_ground:
+            return False
+        if state.conduct is Mode.TAKEOFF and not climbs(condition, state.takeoff_alt_amsl_m):
+            return False
+        spooled_us = state.armed_at_us + 1e6 * self.parameters["COM_SPOOLUP_TIME"]
+        return state.flown or condition.time_us >= spooled_us
+
+    def _proceed(self, condition: Condition, dt_s: float) -> Setpoint:
+        """The setpoint a frame further along the mode's route."""
+        state = self._state
+        if state.course is None:
+            self._begin(condition)
+        assert state.course is not None
+        state.course = state.course.step(condition, dt_s, self.parameters)
+        then = MODES[state.mode].then
+        if then is not None and state.failsafe is None and state.course.arrived(condition, self.parameters):
+            state.mode = then
+        return state.course.setpoint
+
+    def _begin(self, condition: Condition) -> Course:
+        """Lay the mode's route from here."""
+        state = self._state
+        briefing = Briefing(
+            condition, start_glide(condition.estimate), state.home, state.takeoff_alt_amsl_m, self.parameters
+        )
+        course = begin_course(state.conduct, briefing)
+        state.course = course
+        return course
+
+    def _notify(self, severity: Severity, text: str) -> None:
+        self._state.notices = (*self._state.notices, Notice(self._state.time_us, severity, text))
+
+
+def _ready(condition: Condition) -> bool:
+    estimate = condition.estimate
+    return (
+        estimate.attitude_ok
+        and estimate.position_ok
+        and estimate.velocity_ok
+        and estimate.height_ok
+        and condition.origin is not None
+    )
+
+
+def _home(condition: Condition) -> Home | None:
+    if condition.origin is None:
+        return None
+    estimate = condition.estimate
+    north_m, east_m, down_m = estimate.position_ned_m.tolist()
+    point = GeoPoint(*geodetic_of_ned(_triple(condition.origin), (north_m, east_m, down_m)))
+    return Home(point, estimate.position_ned_m, estimate.q_ned_frd)
+
+
+def _triple(point: GeoPoint) -> tuple[float, float, float]:
+    return point.lat_deg, point.lon_deg, point.alt_amsl_m
+
+
+def _commands_every_axis(setpoint: Setpoint) -> bool:
+    """Whether each axis has a position, speed or acceleration, north and east in pairs, as PX4 demands."""
+    kinds = (setpoint.position_ned_m, setpoint.velocity_ned_mps, setpoint.acceleration_ned_mps2)
+    horizontal = vertical = False
+    for kind in kinds:
+        north, east, down = map(math.isfinite, kind.tolist())
+        if north != east:
+            return False
+        horizontal |= north
+        vertical |= down
+    return horizontal and vertical

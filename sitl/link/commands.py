@@ -1,0 +1,71 @@
+"""MAV_CMD to orders: the commands that every MAVLink link of a PX4 vehicle takes alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+from pymavlink.dialects.v20 import common
+
+from sitl.link.messages import Message
+from sitl.orders import Arm, Disarm, FlightStatus, Mode, Order, Reposition, SwitchMode, TakeOff
+
+__all__ = ["ORDERS", "Command", "command_of"]
+
+_FORCE = 21196.0
+_NO_LATLON = 2**31 - 1
+_CHANGE_MODE = 1
+
+
+class Command(NamedTuple):
+    """A COMMAND_LONG or a COMMAND_INT: its number and seven parameters. NaN is a parameter left out."""
+
+    number: int
+    param1: float
+    param2: float
+    param3: float
+    param4: float
+    param5: float
+    param6: float
+    param7: float
+
+
+def command_of(message: Message) -> Command:
+    """What a COMMAND_LONG or COMMAND_INT says. In PX4 a COMMAND_INT's height is AMSL in whatever frame."""
+    if hasattr(message, "param7"):
+        return Command._make((message.command, *message[:7]))
+    lat_deg, lon_deg = (math.nan if value == _NO_LATLON else value * 1e-7 for value in (message.x, message.y))
+    return Command._make((message.command, *message[:4], lat_deg, lon_deg, message.z))
+
+
+def _arming(command: Command, _: FlightStatus) -> Order | None:
+    force = command.param2 == _FORCE
+    orders: dict[float, Order] = {1.0: Arm(force), 0.0: Disarm(force)}
+    return orders.get(command.param1)
+
+
+def _take_off(command: Command, _: FlightStatus) -> Order:
+    return TakeOff(command.param7)
+
+
+def _reposition(command: Command, flight: FlightStatus) -> Order | None:
+    changes_mode = math.isfinite(command.param2) and int(command.param2) & _CHANGE_MODE
+    if not changes_mode and flight.mode is not Mode.HOLD:
+        return None
+    return Reposition(command.param5, command.param6, command.param7, command.param4, command.param1)
+
+
+def _switch_to(mode: Mode) -> Callable[[Command, FlightStatus], Order]:
+    return lambda _command, _flight: SwitchMode(mode)
+
+
+ORDERS: Mapping[int, Callable[[Command, FlightStatus], Order | None]] = {
+    common.MAV_CMD_COMPONENT_ARM_DISARM: _arming,
+    common.MAV_CMD_NAV_TAKEOFF: _take_off,
+    common.MAV_CMD_NAV_LAND: _switch_to(Mode.LAND),
+    common.MAV_CMD_NAV_RETURN_TO_LAUNCH: _switch_to(Mode.RETURN),
+    common.MAV_CMD_NAV_LOITER_UNLIM: _switch_to(Mode.HOLD),
+    common.MAV_CMD_DO_REPOSITION: _reposition,
+}
+"""What each command orders; None: it orders nothing that can be done, and is denied."""

@@ -1,0 +1,125 @@
+"""What the senses, the battery and the motors show, as MAVLink messages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from sitl.link.messages import Message, MessageType, message_type
+from sitl.link.report import Report, heading_deg, whole
+from sitl.link.telemetry import Builder
+
+__all__ = ["INSTRUMENTS"]
+
+_HIGHRES_IMU = message_type("HIGHRES_IMU")
+_SCALED_PRESSURE = message_type("SCALED_PRESSURE")
+_GPS_RAW_INT = message_type("GPS_RAW_INT")
+_VFR_HUD = message_type("VFR_HUD")
+_BATTERY_STATUS = message_type("BATTERY_STATUS")
+_SERVO_OUTPUT_RAW = message_type("SERVO_OUTPUT_RAW")
+_SYSTEM_TIME = message_type("SYSTEM_TIME")
+
+_EPOCH_UNIX_US = 1_767_225_600_000_000
+"""What the vehicle takes for the date at its start: 2026-01-01. A real clock would make flights differ."""
+_U16, _I16, _I32 = (0, 2**16 - 1), (-(2**15), 2**15 - 1), (-(2**31), 2**31 - 1)
+_UNKNOWN_U16 = 65535
+_PWM_OFF, _PWM_MIN, _PWM_SPAN = 900, 1000, 1000
+
+
+def _highres_imu(report: Report) -> Message:
+    return _HIGHRES_IMU(
+        report.time_us,
+        *report.instruments.imu.specific_force_frd_mps2.tolist(),
+        *report.instruments.imu.rate_frd_radps.tolist(),
+        *report.instruments.mag.field_frd_gauss.tolist(),
+        abs_pressure=report.instruments.baro.pressure_pa * 1e-2,
+        diff_pressure=0.0,
+        pressure_alt=report.instruments.baro.alt_amsl_m,
+        temperature=report.instruments.baro.temperature_c,
+        fields_updated=63,
+        id=0,
+    )
+
+
+def _scaled_pressure(report: Report) -> Message:
+    baro = report.instruments.baro
+    return _SCALED_PRESSURE(
+        report.time_ms, baro.pressure_pa * 1e-2, 0.0, whole(baro.temperature_c * 1e2, _I16), 0
+    )
+
+
+def _gps_raw_int(report: Report) -> Message | None:
+    gps = report.instruments.gps
+    if gps is None:
+        return None
+    north_mps, east_mps, _ = gps.velocity_ned_mps.tolist()
+    alt_mm = whole(gps.position.alt_amsl_m * 1e3, _I32)
+    return _GPS_RAW_INT(
+        time_usec=gps.time_us,
+        fix_type=gps.fix_type,
+        lat=whole(gps.position.lat_deg * 1e7, _I32),
+        lon=whole(gps.position.lon_deg * 1e7, _I32),
+        alt=alt_mm,
+        eph=70,
+        epv=110,
+        vel=whole(math.hypot(north_mps, east_mps) * 1e2, _U16),
+        cog=whole(math.degrees(math.atan2(east_mps, north_mps)) % 360.0 * 1e2, (0, 35999)),
+        satellites_visible=gps.satellites,
+        alt_ellipsoid=alt_mm,
+        h_acc=whole(gps.horizontal_sigma_m * 1e3, _I32),
+        v_acc=whole(gps.vertical_sigma_m * 1e3, _I32),
+        vel_acc=whole(gps.speed_sigma_mps * 1e3, _I32),
+        hdg_acc=0,
+        yaw=0,
+    )
+
+
+def _vfr_hud(report: Report) -> Message:
+    north_mps, east_mps, down_mps = report.estimate.velocity_ned_mps.tolist()
+    place = report.place
+    return _VFR_HUD(
+        airspeed=math.nan,
+        groundspeed=math.hypot(north_mps, east_mps),
+        heading=int(heading_deg(report.estimate.q_ned_frd)),
+        throttle=whole(report.instruments.thrust * 1e2, (0, 100)),
+        alt=math.nan if place is None else place[2],
+        climb=-down_mps,
+    )
+
+
+def _battery_status(report: Report) -> Message:
+    battery = report.instruments.battery
+    return _BATTERY_STATUS(
+        id=0, battery_function=1, type=1, temperature=32767,
+        voltages=(whole(battery.voltage_v * 1e3, _U16), *(_UNKNOWN_U16,) * 9),
+        current_battery=whole(battery.current_a * 1e2, _I16),
+        current_consumed=whole(battery.used_ah * 1e3, _I32),
+        energy_consumed=-1,
+        battery_remaining=whole(battery.remaining * 1e2, (0, 100)),
+        time_remaining=0, charge_state=1, voltages_ext=(0,) * 4, mode=0, fault_bitmask=0,
+    )  # fmt: skip
+
+
+def _servo_output_raw(report: Report) -> Message:
+    pwm = [_PWM_OFF] * 16
+    if report.flight.armed:
+        pwm[: len(report.instruments.motors)] = [
+            whole(_PWM_MIN + _PWM_SPAN * motor, _U16) for motor in report.instruments.motors.tolist()
+        ]
+    named = {f"servo{number}_raw": value for number, value in enumerate(pwm, start=1)}
+    return _SERVO_OUTPUT_RAW(time_usec=report.time_us & 0xFFFFFFFF, port=0, **named)
+
+
+def _system_time(report: Report) -> Message:
+    return _SYSTEM_TIME(time_unix_usec=_EPOCH_UNIX_US + report.time_us, time_boot_ms=report.time_ms)
+
+
+INSTRUMENTS: Mapping[MessageType, Builder] = {
+    _HIGHRES_IMU: _highres_imu,
+    _SCALED_PRESSURE: _scaled_pressure,
+    _GPS_RAW_INT: _gps_raw_int,
+    _VFR_HUD: _vfr_hud,
+    _BATTERY_STATUS: _battery_status,
+    _SERVO_OUTPUT_RAW: _servo_output_raw,
+    _SYSTEM_TIME: _system_time,
+}

@@ -1,0 +1,90 @@
+"""MAVLink messages as named tuples in wire order, made from pymavlink's own tables.
+
+A message here is its fields and nothing else: no header, no sequence number, no bytes. Names are MAVLink's,
+verbatim; arrays are tuples; text is `bytes` without its padding.
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from dataclasses import dataclass
+from functools import cache
+from itertools import accumulate
+from struct import Struct
+from typing import Any
+
+from pymavlink.dialects.v20 import common
+
+__all__ = ["Layout", "Message", "MessageType", "layout", "message_type"]
+
+Message = Any
+"""A named tuple made by `message_type`: its fields come from the dialect's table, at run time."""
+MessageType = Any
+"""The class of one kind of message, with `ID` (its number) and `LAYOUT` (its place on the wire)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How one kind of message lies on the wire."""
+
+    type: MessageType
+    packer: Struct
+    crc_extra: bytes
+    spans: tuple[tuple[int, int], ...] | None
+    """Where each field lies among the values that `packer` gives; None when every field is one number."""
+
+    def pack(self, message: Message) -> bytes:
+        """The payload at full length."""
+        if self.spans is None:
+            return self.packer.pack(*message)
+        flat: list[object] = []
+        for value in message:
+            if isinstance(value, tuple):
+                flat.extend(value)
+            else:
+                flat.append(value)
+        return self.packer.pack(*flat)
+
+    def unpack(self, payload: bytes | bytearray) -> Message:
+        """The message in a payload, whose cut zeros are put back and whose unknown extensions are cut."""
+        size = self.packer.size
+        if len(payload) != size:
+            payload = payload[:size].ljust(size, b"\0")
+        flat = self.packer.unpack(payload)
+        if self.spans is None:
+            return self.type._make(flat)
+        return self.type._make(_field(flat, begin, end) for begin, end in self.spans)
+
+
+def _field(flat: tuple[Any, ...], begin: int, end: int) -> object:
+    if end - begin > 1:
+        return flat[begin:end]
+    value = flat[begin]
+    return value.rstrip(b"\0") if isinstance(value, bytes) else value
+
+
+def _tuple_type(name: str, fields: list[str]) -> MessageType:
+    return namedtuple(name, fields)  # type: ignore[misc]
+
+
+@cache
+def layout(message_id: int) -> Layout | None:
+    """The layout of that message, or None when the dialect does not know it."""
+    entry = common.mavlink_map.get(message_id)
+    if entry is None:
+        return None
+    kind = _tuple_type(entry.msgname, entry.ordered_fieldnames)
+    ends = list(accumulate(entry.lengths))  # in wire order; text counts as one, as it does to `struct`
+    spans = tuple((end - length, end) for end, length in zip(ends, entry.lengths, strict=True))
+    numbers_only = ends[-1] == len(spans) and "char" not in entry.fieldtypes
+    kind.ID = message_id
+    kind.LAYOUT = Layout(kind, entry.unpacker, bytes([entry.crc_extra]), None if numbers_only else spans)
+    found: Layout = kind.LAYOUT
+    return found
+
+
+def message_type(name: str) -> MessageType:
+    """The class of the message of that name, as `message_type("HEARTBEAT")`."""
+    found = layout(getattr(common, f"MAVLINK_MSG_ID_{name}"))
+    assert found is not None, name
+    return found.type

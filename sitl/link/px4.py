@@ -1,0 +1,309 @@
+"""PX4's dialect of MAVLink behaviour: one link of a vehicle, sans-I/O.
+
+What PX4 v1.17 was seen to do is done here: who is answered, in which order, and when nobody is. A link knows
+nothing of the other links; what they share is the helm.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+from pymavlink.dialects.v20 import common
+
+from sitl.link.codec import Codec, CodecState, Received
+from sitl.link.commands import ORDERS, Command, command_of
+from sitl.link.instruments import INSTRUMENTS
+from sitl.link.messages import Message, MessageType, message_type
+from sitl.link.parameters import ParameterService, ParameterTable
+from sitl.link.px4_status import MODE_OF_CODE, STATUS
+from sitl.link.report import Report
+from sitl.link.setpoints import setpoint_of
+from sitl.link.streams import Schedule, Streams
+from sitl.link.telemetry import TELEMETRY, Builder
+from sitl.orders import Notice, Order, Severity, SwitchMode, Verdict
+from sitl.signals import Setpoint
+
+__all__ = ["Helm", "Px4Link", "Px4LinkState"]
+
+_HEARTBEAT = message_type("HEARTBEAT")
+_SET_POSITION_TARGET = message_type("SET_POSITION_TARGET_LOCAL_NED")
+_COMMAND_LONG = message_type("COMMAND_LONG")
+_COMMAND_INT = message_type("COMMAND_INT")
+_COMMAND_ACK = message_type("COMMAND_ACK")
+_SET_MODE = message_type("SET_MODE")
+_PARAMETER_MESSAGES = tuple(map(message_type, ("PARAM_REQUEST_LIST", "PARAM_REQUEST_READ", "PARAM_SET")))
+_PING = message_type("PING")
+_TIMESYNC = message_type("TIMESYNC")
+_STATUSTEXT = message_type("STATUSTEXT")
+_MESSAGE_INTERVAL = message_type("MESSAGE_INTERVAL")
+_GPS_GLOBAL_ORIGIN = message_type("GPS_GLOBAL_ORIGIN")
+_AUTOPILOT_VERSION = message_type("AUTOPILOT_VERSION")
+
+_BUILDERS: Mapping[int, Builder] = {
+    kind.ID: builder for kind, builder in {**TELEMETRY, **INSTRUMENTS, **STATUS}.items()
+}
+_RESULTS = {
+    Verdict.ACCEPTED: common.MAV_RESULT_ACCEPTED,
+    Verdict.NOT_NOW: common.MAV_RESULT_TEMPORARILY_REJECTED,
+    Verdict.DENIED: common.MAV_RESULT_DENIED,
+}
+_SEVERITIES = {
+    Severity.CRITICAL: common.MAV_SEVERITY_CRITICAL,
+    Severity.WARNING: common.MAV_SEVERITY_WARNING,
+    Severity.INFO: common.MAV_SEVERITY_INFO,
+}
+_CUSTOM_MODE = 1
+_VERDICT_DELAY_US = 10_000
+"""PX4's receiver acknowledges DO_SET_MODE at once, its commander that much later."""
+_TEXT_LENGTH = 50
+_OURS, _ANY = common.MAV_COMP_ID_AUTOPILOT1, common.MAV_COMP_ID_ALL
+
+
+class Helm(Protocol):
+    """What a link may touch of the vehicle behind it."""
+
+    parameters: ParameterTable
+
+    def set_parameter(self, name: str, value: float) -> None:
+        """Change a parameter, and whatever depends on it."""
+
+    def obey(self, order: Order) -> Verdict:
+        """Carry out the order, or not."""
+
+    def steer(self, setpoint: Setpoint) -> None:
+        """Take an OFFBOARD setpoint."""
+
+    def report(self) -> Report:
+        """All that there is to tell now."""
+
+
+@dataclass(frozen=True, slots=True)
+class Px4LinkState:
+    """All that a link remembers."""
+
+    codec: CodecState
+    schedule: Schedule
+    parameters: ParameterService
+    later: tuple[tuple[int, Message], ...]
+    hears_gcs: bool
+    told_origin: Message | None
+    ping_sequence: int
+    text_number: int
+
+
+class Px4Link:
+    """One MAVLink instance of a PX4 vehicle."""
+
+    def __init__(self, system: int, rates_hz: Mapping[str, float]) -> None:
+        self._codec = Codec(system, _OURS)
+        self._streams = Streams(rates_hz)
+        self._parameters = ParameterService()
+        self._later: tuple[tuple[int, Message], ...] = ()
+        self._hears_gcs = False
+        self._told_origin: Message | None = None
+        self._ping_sequence = 0
+        self._text_number = 0
+
+    def receive(self, data: bytes, helm: Helm, now_us: int) -> bytes:
+        """Take what came in, and say what is to be answered at once."""
+        out = b""
+        for received in self._codec.decode(data):
+            handle = _HANDLERS.get(type(received.message))
+            if handle is not None:
+                for answer in handle(self, received, helm, now_us):
+                    out += self._codec.encode(answer)
+        return out
+
+    def send(self, helm: Helm, now_us: int) -> bytes:
+        """What is to be sent unasked in this frame."""
+        out = b""
+        if self._later:
+            for due_us, message in self._later:
+                if due_us <= now_us:
+                    out += self._codec.encode(message)
+            self._later = tuple(item for item in self._later if item[0] > now_us)
+        for message in self._parameters.proceed(helm.parameters):
+            out += self._codec.encode(message)
+        due = self._streams.due(now_us)
+        if due:
+            report = helm.report()
+            for message_id in due:
+                message = self._telemetry(message_id, report)
+                if message is not None:
+                    out += self._codec.encode(message)
+        return out
+
+    def tell(self, notice: Notice) -> bytes:
+        """The notice as text, if a ground station listens; in parts when it is long."""
+        if not self._hears_gcs:
+            return b""
+        text = notice.text.encode("ascii", "replace")
+        parts = [text[begin : begin + _TEXT_LENGTH] for begin in range(0, len(text), _TEXT_LENGTH)]
+        number = 0
+        if len(parts) > 1:
+            number = self._text_number = self._text_number % 0xFFFF + 1
+        severity = _SEVERITIES[notice.severity]
+        return b"".join(
+            self._codec.encode(_STATUSTEXT(severity, part, number, chunk)) for chunk, part in enumerate(parts)
+        )
+
+    def snapshot(self) -> Px4LinkState:
+        """All that this link remembers."""
+        return Px4LinkState(
+            self._codec.snapshot(),
+            self._streams.snapshot(),
+            replace(self._parameters),
+            self._later,
+            self._hears_gcs,
+            self._told_origin,
+            self._ping_sequence,
+            self._text_number,
+        )
+
+    def restore(self, state: Px4LinkState) -> None:
+        """Go on from a snapshot."""
+        self._codec.restore(state.codec)
+        self._streams.restore(state.schedule)
+        self._parameters = replace(state.parameters)
+        self._later, self._hears_gcs = state.later, state.hears_gcs
+        self._told_origin = state.told_origin
+        self._ping_sequence, self._text_number = state.ping_sequence, state.text_number
+
+    def _telemetry(self, message_id: int, report: Report) -> Message | None:
+        """The message that a stream is about to send."""
+        if message_id == _PING.ID:
+            self._ping_sequence = self._ping_sequence + 1 & 0xFFFFFFFF
+            return _PING(report.time_us, self._ping_sequence, 0, 0)
+        if message_id == _TIMESYNC.ID:
+            return _TIMESYNC(0, report.time_us * 1000)
+        message = _BUILDERS[message_id](report)
+        if message_id == _GPS_GLOBAL_ORIGIN.ID:
+            if message is None or message[:3] == self._told_origin:
+                return None
+            self._told_origin = message[:3]
+        return message
+
+    def _addresses_us(self, message: Message) -> bool:
+        return message.target_system == self._codec.system and message.target_component in (_OURS, _ANY)
+
+    def _on_heartbeat(self, received: Received, _helm: Helm, _now_us: int) -> list[Message]:
+        self._hears_gcs |= received.message.type == common.MAV_TYPE_GCS
+        return []
+
+    def _on_setpoint(self, received: Received, helm: Helm, _now_us: int) -> list[Message]:
+        message = received.message
+        if message.target_system in (self._codec.system, 0) and message.target_component in (_OURS, _ANY):
+            setpoint = setpoint_of(message, helm.report().estimate.q_ned_frd)
+            if setpoint is not None:
+                helm.steer(setpoint)
+        return []
+
+    def _on_parameter(self, received: Received, helm: Helm, _now_us: int) -> list[Message]:
+        if not self._addresses_us(received.message):
+            return []
+        return self._parameters.receive(received.message, helm.parameters, helm.set_parameter)
+
+    def _on_ping(self, received: Received, _helm: Helm, _now_us: int) -> list[Message]:
+        ping = received.message
+        if ping.target_system or ping.target_component:
+            return []
+        return [_PING(ping.time_usec, ping.seq, received.system, received.component)]
+
+    def _on_timesync(self, received: Received, helm: Helm, _now_us: int) -> list[Message]:
+        timesync = received.message
+        return [] if timesync.tc1 else [_TIMESYNC(helm.report().time_us * 1000, timesync.ts1)]
+
+    def _on_set_mode(self, received: Received, helm: Helm, _now_us: int) -> list[Message]:
+        message = received.message
+        if message.target_system != self._codec.system:
+            return []
+        code = message.custom_mode >> 16 & 0xFF, message.custom_mode >> 24 & 0xFF
+        result = _switch_mode(message.base_mode, code, helm)
+        return [_ack(common.MAV_CMD_DO_SET_MODE, result, received)]
+
+    def _on_command(self, received: Received, helm: Helm, now_us: int) -> list[Message]:
+        if not self._addresses_us(received.message):
+            return []
+        command = command_of(received.message)
+        special = _COMMANDS.get(command.number)
+        if special is not None:
+            return special(self, command, received, helm, now_us)
+        order_of = ORDERS.get(command.number)
+        if order_of is None:
+            return [_ack(command.number, common.MAV_RESULT_UNSUPPORTED, received)]
+        order = order_of(command, helm.report().flight)
+        result = common.MAV_RESULT_DENIED if order is None else _RESULTS[helm.obey(order)]
+        return [_ack(command.number, result, received)]
+
+    def _do_set_mode(self, command: Command, received: Received, helm: Helm, now_us: int) -> list[Message]:
+        code = _byte(command.param2), _byte(command.param3)
+        verdict = _ack(command.number, _switch_mode(_byte(command.param1), code, helm), received)
+        self._later = (*self._later, (now_us + _VERDICT_DELAY_US, verdict))
+        return [_ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
+
+    def _request_message(self, command: Command, received: Received, helm: Helm, _: int) -> list[Message]:
+        builder = _BUILDERS.get(_number(command.param1))
+        message = None if builder is None else builder(helm.report())
+        if message is None:
+            return [_ack(command.number, common.MAV_RESULT_DENIED, received)]
+        return [message, _ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
+
+    def _request_version(
+        self, command: Command, received: Received, helm: Helm, now_us: int
+    ) -> list[Message]:
+        version = command._replace(param1=float(_AUTOPILOT_VERSION.ID))
+        return self._request_message(version, received, helm, now_us)
+
+    def _set_interval(self, command: Command, received: Received, _helm: Helm, now_us: int) -> list[Message]:
+        message_id = _number(command.param1)
+        if message_id not in _BUILDERS and message_id not in (_PING.ID, _TIMESYNC.ID):
+            return [_ack(command.number, common.MAV_RESULT_FAILED, received)]
+        self._streams.set_interval_us(message_id, command.param2, now_us)
+        return [_ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
+
+    def _get_interval(self, command: Command, received: Received, _helm: Helm, _now_us: int) -> list[Message]:
+        message_id = _number(command.param1)
+        interval = _MESSAGE_INTERVAL(self._streams.interval_us(message_id), message_id & 0xFFFF)
+        return [interval, _ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
+
+
+def _ack(command_number: int, result: int, received: Received) -> Message:
+    return _COMMAND_ACK(command_number, result, 0, 0, received.system, received.component)
+
+
+def _switch_mode(base_mode: int, code: tuple[int, int], helm: Helm) -> int:
+    """The result of asking for a mode. One that is not known does nothing, and yet PX4 says yes."""
+    mode = MODE_OF_CODE.get(code) if base_mode & _CUSTOM_MODE else None
+    if mode is None:
+        return int(common.MAV_RESULT_ACCEPTED)
+    return int(_RESULTS[helm.obey(SwitchMode(mode))])
+
+
+def _byte(value: float) -> int:
+    return _number(value) & 0xFF
+
+
+def _number(value: float) -> int:
+    return int(value) if math.isfinite(value) else -1
+
+
+_HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm, int], list[Message]]] = {
+    _HEARTBEAT: Px4Link._on_heartbeat,
+    _SET_POSITION_TARGET: Px4Link._on_setpoint,
+    _COMMAND_LONG: Px4Link._on_command,
+    _COMMAND_INT: Px4Link._on_command,
+    _SET_MODE: Px4Link._on_set_mode,
+    _PING: Px4Link._on_ping,
+    _TIMESYNC: Px4Link._on_timesync,
+    **dict.fromkeys(_PARAMETER_MESSAGES, Px4Link._on_parameter),
+}
+_COMMANDS: Mapping[int, Callable[[Px4Link, Command, Received, Helm, int], list[Message]]] = {
+    common.MAV_CMD_DO_SET_MODE: Px4Link._do_set_mode,
+    common.MAV_CMD_REQUEST_MESSAGE: Px4Link._request_message,
+    common.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: Px4Link._request_version,
+    common.MAV_CMD_SET_MESSAGE_INTERVAL: Px4Link._set_interval,
+    common.MAV_CMD_GET_MESSAGE_INTERVAL: Px4Link._get_interval,
+}

@@ -1,0 +1,131 @@
+"""What PX4 says of its own state: mode, health, landing, version."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pymavlink.dialects.v20 import common
+
+from sitl.link.messages import Message, MessageType, message_type
+from sitl.link.report import Report, whole
+from sitl.link.telemetry import Builder
+from sitl.orders import Landed, Mode
+
+__all__ = ["MODE_OF_CODE", "STATUS"]
+
+_HEARTBEAT = message_type("HEARTBEAT")
+_SYS_STATUS = message_type("SYS_STATUS")
+_EXTENDED_SYS_STATE = message_type("EXTENDED_SYS_STATE")
+_AUTOPILOT_VERSION = message_type("AUTOPILOT_VERSION")
+
+_MODE_CODES: Mapping[Mode, tuple[int, int]] = {
+    Mode.POSITION: (3, 0),
+    Mode.TAKEOFF: (4, 2),
+    Mode.HOLD: (4, 3),
+    Mode.RETURN: (4, 5),
+    Mode.LAND: (4, 6),
+    Mode.OFFBOARD: (6, 0),
+}
+"""PX4's main and sub mode of each mode."""
+MODE_OF_CODE: Mapping[tuple[int, int], Mode] = {code: mode for mode, code in _MODE_CODES.items()}
+
+_ARMED, _MANUAL, _STABILIZE, _GUIDED, _AUTO, _CUSTOM = 128, 64, 16, 8, 4, 1
+_BASE_MODES = {Mode.OFFBOARD: _STABILIZE | _CUSTOM, Mode.POSITION: _MANUAL | _STABILIZE | _CUSTOM}
+_AUTO_BASE_MODE = _STABILIZE | _GUIDED | _AUTO | _CUSTOM
+
+_LANDED_STATES = {
+    Landed.ON_GROUND: common.MAV_LANDED_STATE_ON_GROUND,
+    Landed.IN_AIR: common.MAV_LANDED_STATE_IN_AIR,
+    Landed.TAKING_OFF: common.MAV_LANDED_STATE_TAKEOFF,
+    Landed.LANDING: common.MAV_LANDED_STATE_LANDING,
+}
+
+_SENSES = (
+    common.MAV_SYS_STATUS_SENSOR_3D_GYRO
+    | common.MAV_SYS_STATUS_SENSOR_3D_ACCEL
+    | common.MAV_SYS_STATUS_SENSOR_3D_MAG
+    | common.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE
+    | common.MAV_SYS_STATUS_SENSOR_BATTERY
+)
+_EVERYTHING = (
+    _SENSES
+    | common.MAV_SYS_STATUS_SENSOR_GPS
+    | common.MAV_SYS_STATUS_AHRS
+    | common.MAV_SYS_STATUS_PREARM_CHECK
+)
+_CAPABILITIES = 0xE8FF
+_VERSION_1_17_0 = 0x011100FF
+
+
+def _heartbeat(report: Report) -> Message:
+    flight = report.flight
+    main, sub = _MODE_CODES[flight.mode]
+    if flight.failsafe:
+        system_status = common.MAV_STATE_CRITICAL
+    else:
+        system_status = common.MAV_STATE_ACTIVE if flight.armed else common.MAV_STATE_STANDBY
+    return _HEARTBEAT(
+        custom_mode=main << 16 | sub << 24,
+        type=common.MAV_TYPE_QUADROTOR,
+        autopilot=common.MAV_AUTOPILOT_PX4,
+        base_mode=_BASE_MODES.get(flight.mode, _AUTO_BASE_MODE) | _ARMED * flight.armed,
+        system_status=system_status,
+        mavlink_version=3,
+    )
+
+
+def _sys_status(report: Report) -> Message:
+    battery, gps, health = report.instruments.battery, report.instruments.gps, _SENSES
+    if gps is not None and gps.fix_type >= common.GPS_FIX_TYPE_3D_FIX:
+        health |= common.MAV_SYS_STATUS_SENSOR_GPS
+    if report.estimate.attitude_ok:
+        health |= common.MAV_SYS_STATUS_AHRS
+    if report.flight.ready:
+        health |= common.MAV_SYS_STATUS_PREARM_CHECK
+    return _SYS_STATUS(
+        onboard_control_sensors_present=_EVERYTHING,
+        onboard_control_sensors_enabled=_EVERYTHING,
+        onboard_control_sensors_health=health,
+        load=100,
+        voltage_battery=whole(battery.voltage_v * 1e3, (0, 65535)),
+        current_battery=whole(battery.current_a * 1e2, (-1, 32767)),
+        drop_rate_comm=0,
+        errors_comm=0,
+        errors_count1=0,
+        errors_count2=0,
+        errors_count3=0,
+        errors_count4=0,
+        battery_remaining=whole(battery.remaining * 1e2, (0, 100)),
+        onboard_control_sensors_present_extended=0,
+        onboard_control_sensors_enabled_extended=0,
+        onboard_control_sensors_health_extended=0,
+    )
+
+
+def _extended_sys_state(report: Report) -> Message:
+    return _EXTENDED_SYS_STATE(vtol_state=0, landed_state=_LANDED_STATES[report.flight.landed])
+
+
+def _autopilot_version(_: Report) -> Message:
+    return _AUTOPILOT_VERSION(
+        capabilities=_CAPABILITIES,
+        uid=0x6D617673706972,
+        flight_sw_version=_VERSION_1_17_0,
+        middleware_sw_version=_VERSION_1_17_0,
+        os_sw_version=0,
+        board_version=0,
+        vendor_id=0,
+        product_id=0,
+        flight_custom_version=(0,) * 8,
+        middleware_custom_version=(0,) * 8,
+        os_custom_version=(0,) * 8,
+        uid2=(0,) * 18,
+    )
+
+
+STATUS: Mapping[MessageType, Builder] = {
+    _HEARTBEAT: _heartbeat,
+    _SYS_STATUS: _sys_status,
+    _EXTENDED_SYS_STATE: _extended_sys_state,
+    _AUTOPILOT_VERSION: _autopilot_version,
+}

@@ -1,0 +1,121 @@
+"""All that there is to tell of the vehicle at one moment."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from sitl.geo import geodetic_of_ned
+from sitl.orders import FlightStatus
+from sitl.signals import BaroSample, Estimate, FloatArray, GeoPoint, GpsSample, ImuSample, MagSample
+
+__all__ = ["Battery", "Instruments", "Report", "euler_rad", "heading_deg", "whole"]
+
+
+class Battery(Protocol):
+    """The pack as its monitor sees it."""
+
+    @property
+    def voltage_v(self) -> float:
+        """At the terminals."""
+
+    @property
+    def current_a(self) -> float:
+        """Drawn now."""
+
+    @property
+    def used_ah(self) -> float:
+        """Drawn since the start."""
+
+    @property
+    def remaining(self) -> float:
+        """What is left, 0…1."""
+
+
+class Instruments(Protocol):
+    """What can be read off the vehicle."""
+
+    @property
+    def imu(self) -> ImuSample:
+        """The latest sample."""
+
+    @property
+    def gps(self) -> GpsSample | None:
+        """The latest fix, if any."""
+
+    @property
+    def baro(self) -> BaroSample:
+        """The latest sample."""
+
+    @property
+    def mag(self) -> MagSample:
+        """The latest sample."""
+
+    @property
+    def battery(self) -> Battery:
+        """The pack."""
+
+    @property
+    def thrust(self) -> float:
+        """What the motors are asked for together, 0…1."""
+
+    @property
+    def motors(self) -> FloatArray:
+        """What each motor is asked for, 0…1."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Report:
+    """What estimator, instruments and commander say. It is read at once: the instruments do not stand still."""
+
+    time_us: int
+    estimate: Estimate
+    origin: GeoPoint | None
+    instruments: Instruments
+    flight: FlightStatus
+
+    @property
+    def time_ms(self) -> int:
+        """Since the start, as MAVLink's `time_boot_ms` has it."""
+        return self.time_us // 1000 & 0xFFFFFFFF
+
+    @property
+    def place(self) -> tuple[float, float, float] | None:
+        """Latitude and longitude in degrees and height above sea level, as estimated."""
+        if self.origin is None:
+            return None
+        north_m, east_m, down_m = self.estimate.position_ned_m.tolist()
+        origin = self.origin.lat_deg, self.origin.lon_deg, self.origin.alt_amsl_m
+        place: tuple[float, float, float] = geodetic_of_ned(origin, (north_m, east_m, down_m))
+        return place
+
+    @property
+    def height_home_m(self) -> float:
+        """Above home; above the origin while there is no home."""
+        down_m = self.estimate.position_ned_m[2]
+        home = self.flight.home
+        return float((0.0 if home is None else home.position_ned_m[2]) - down_m)
+
+
+def whole(value: float, span: tuple[int, int]) -> int:
+    """The nearest integer that the field's span holds; zero for NaN."""
+    if math.isnan(value):
+        return 0
+    low, high = span
+    return round(min(max(value, low), high))
+
+
+def euler_rad(q_ned_frd: FloatArray) -> tuple[float, float, float]:
+    """Roll, pitch and yaw."""
+    w, x, y, z = q_ned_frd.tolist()
+    return (
+        math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+        math.asin(min(1.0, max(-1.0, 2.0 * (w * y - x * z)))),
+        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+    )
+
+
+def heading_deg(q_ned_frd: FloatArray) -> float:
+    """The nose's compass direction, 0…360."""
+    return math.degrees(euler_rad(q_ned_frd)[2]) % 360.0

@@ -1,0 +1,63 @@
+"""SET_POSITION_TARGET_LOCAL_NED to setpoints, by PX4's rules.
+
+Source: PX4 v1.17, mavlink_receiver.cpp, handle_message_set_position_target_local_ned.
+"""
+
+from __future__ import annotations
+
+import math
+
+from sitl.link.messages import Message
+from sitl.link.report import euler_rad
+from sitl.signals import FloatArray, Setpoint, vector
+
+__all__ = ["setpoint_of"]
+
+_LOCAL_NED, _BODY_NED = 1, 8
+_VELOCITY_BITS, _ACCELERATION_BITS = 0o070, 0o700
+_FORCE_BIT = 1 << 9
+_NAN3 = (math.nan, math.nan, math.nan)
+
+
+def setpoint_of(message: Message, q_ned_frd: FloatArray) -> Setpoint | None:
+    """What the message commands of a vehicle with this attitude; None when PX4 refuses it.
+
+    Refused are other frames than LOCAL_NED and BODY_NED, a force, and whatever has no finite position, speed
+    or acceleration. In BODY_NED a position is ignored, and a vector with one ignored axis is ignored whole.
+    """
+    mask = message.type_mask
+    position = message.x, message.y, message.z
+    velocity = message.vx, message.vy, message.vz
+    acceleration = message.afx, message.afy, message.afz
+    if message.coordinate_frame == _LOCAL_NED:
+        position = _masked(position, mask)
+        velocity = _masked(velocity, mask >> 3)
+        acceleration = _masked(acceleration, mask >> 6)
+    elif message.coordinate_frame == _BODY_NED:
+        position = _NAN3
+        yaw_ned_rad = euler_rad(q_ned_frd)[2]
+        velocity = _NAN3 if mask & _VELOCITY_BITS else _turned(_masked(velocity, 0), yaw_ned_rad)
+        acceleration = _NAN3 if mask & _ACCELERATION_BITS else _turned(_masked(acceleration, 0), yaw_ned_rad)
+    else:
+        return None
+    is_force = mask & _FORCE_BIT and any(map(math.isfinite, acceleration))
+    if is_force or not any(map(math.isfinite, (*position, *velocity, *acceleration))):
+        return None
+    yaw_rad, yaw_rate_radps, _ = _masked((message.yaw, message.yaw_rate, 0.0), mask >> 10)
+    return Setpoint(vector(position), vector(velocity), vector(acceleration), yaw_rad, yaw_rate_radps)
+
+
+def _masked(values: tuple[float, float, float], mask: int) -> tuple[float, float, float]:
+    """NaN for what the mask's three low bits ignore, and for what is not finite."""
+    x, y, z = values
+    return (
+        math.nan if mask & 1 or not math.isfinite(x) else x,
+        math.nan if mask & 2 or not math.isfinite(y) else y,
+        math.nan if mask & 4 or not math.isfinite(z) else z,
+    )
+
+
+def _turned(values: tuple[float, float, float], yaw_ned_rad: float) -> tuple[float, float, float]:
+    forward, right, down = values
+    cos, sin = math.cos(yaw_ned_rad), math.sin(yaw_ned_rad)
+    return cos * forward - sin * right, sin * forward + cos * right, down

@@ -1,0 +1,203 @@
+"""The simulator: a vehicle, its commander and its MAVLink links on one simulated clock. No socket, no clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from sitl.autopilot.commander import Commander, CommanderState
+from sitl.link.parameters import ParameterTable, TableState
+from sitl.link.px4 import Px4Link, Px4LinkState
+from sitl.link.report import Report
+from sitl.link.streams import GCS_RATES_HZ, OFFBOARD_RATES_HZ
+from sitl.orders import Condition, Notice, Order, Verdict
+from sitl.signals import Setpoint, TruthState
+from sitl.vehicle import FRAME_US, Vehicle, VehicleConfig, VehicleState
+
+__all__ = ["Event", "Simulator", "SimulatorConfig", "SimulatorState", "Step"]
+
+_LINK_RATES_HZ: tuple[Mapping[str, float], ...] = (OFFBOARD_RATES_HZ, GCS_RATES_HZ)
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatorConfig:
+    """Everything that decides a flight besides the bytes that come in.
+
+    `loss_scale` stretches the time after which setpoints count as lost: PX4 sets it to its speed-up.
+    """
+
+    vehicle: VehicleConfig
+    autopilot: Literal["px4"] = "px4"
+    instance: int = 0
+    loss_scale: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something worth a line: `kind` is "mode", "armed", "disarmed" or "notice"."""
+
+    time_us: int
+    kind: Literal["mode", "armed", "disarmed", "notice"]
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What came of a step: bytes to send, when to come back at the latest, and what happened."""
+
+    send: bytes
+    next_due_us: int
+    events: tuple[Event, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatorState:
+    """A simulator's whole state, as a value."""
+
+    vehicle: VehicleState
+    commander: CommanderState
+    parameters: TableState
+    links: tuple[Px4LinkState, ...]
+
+
+class Simulator:
+    """A quadrotor at the other end of MAVLink links: the first is the offboard link, the second the GCS's."""
+
+    def __init__(self, config: SimulatorConfig) -> None:
+        self.config = config
+        self._craft = _Craft(config)
+        self._links = tuple(Px4Link(config.instance + 1, rates_hz) for rates_hz in _LINK_RATES_HZ)
+
+    def step(self, now_us: int, received: bytes) -> Step:
+        """Live until `now_us` in whole frames, then take what came in on the first link."""
+        (send,) = self.exchange(now_us, (received,))
+        return Step(send, self.time_us + FRAME_US, self.take_events())
+
+    def exchange(self, now_us: int, received: tuple[bytes, ...]) -> tuple[bytes, ...]:
+        """As `step`, for as many links as there are entries. The links beyond stay silent."""
+        craft, links = self._craft, self._links[: len(received)]
+        outs = [bytearray() for _ in links]
+        while craft.time_us + FRAME_US <= now_us:
+            craft.advance()
+            for link, out in zip(links, outs, strict=True):
+                out += link.send(craft, craft.time_us)
+            self._tell(outs)
+        for link, data, out in zip(links, received, outs, strict=True):
+            if data:
+                out += link.receive(data, craft, craft.time_us)
+        self._tell(outs)
+        return tuple(map(bytes, outs))
+
+    def take_events(self) -> tuple[Event, ...]:
+        """What happened since the last call; `step` calls it."""
+        events, self._craft.events = tuple(self._craft.events), []
+        return events
+
+    @property
+    def time_us(self) -> int:
+        """Simulated time: whole frames."""
+        return self._craft.time_us
+
+    @property
+    def truth(self) -> TruthState:
+        """What really is, for whoever judges the flight."""
+        return self._craft.vehicle.truth
+
+    @property
+    def report(self) -> Report:
+        """What the vehicle believes and says of itself."""
+        return self._craft.report()
+
+    def snapshot(self) -> SimulatorState:
+        """The whole state, as a value. Take the events first: they are not part of it."""
+        craft = self._craft
+        return SimulatorState(
+            craft.vehicle.snapshot(),
+            craft.commander.snapshot(),
+            craft.parameters.snapshot(),
+            tuple(link.snapshot() for link in self._links),
+        )
+
+    def restore(self, state: SimulatorState) -> None:
+        """Become again what `snapshot` saw."""
+        self._craft.restore(state)
+        for link, link_state in zip(self._links, state.links, strict=True):
+            link.restore(link_state)
+
+    def _tell(self, outs: list[bytearray]) -> None:
+        for notice in self._craft.take_notices():
+            for link, out in zip(self._links, outs, strict=False):
+                out += link.tell(notice)
+
+
+class _Craft:
+    """A vehicle under its commander: the helm that the links hold."""
+
+    def __init__(self, config: SimulatorConfig) -> None:
+        params = config.vehicle.params.replace(MAV_SYS_ID=config.instance + 1)
+        self.parameters = ParameterTable(params)
+        self.vehicle = Vehicle(replace(config.vehicle, params=params))
+        self.commander = Commander(self.parameters, config.loss_scale)
+        self.events: list[Event] = []
+        self._synchronize()
+
+    def advance(self) -> None:
+        """Live for a frame."""
+        demand = self.commander.command(self._condition)
+        self.vehicle.advance(self.time_us + FRAME_US, demand)
+        self._look()
+        self._watch()
+
+    def obey(self, order: Order) -> Verdict:
+        """Carry out the order, or not."""
+        verdict = self.commander.obey(order, self._condition)
+        self._watch()
+        return verdict
+
+    def steer(self, setpoint: Setpoint) -> None:
+        """Take an OFFBOARD setpoint."""
+        self.commander.steer(setpoint, self._condition)
+
+    def set_parameter(self, name: str, value: float) -> None:
+        """Change a parameter of the vehicle, its commander, or both."""
+        self.parameters.set(name, value)
+        self.vehicle.params = self.parameters.vehicle_params
+
+    def report(self) -> Report:
+        """All that there is to tell now."""
+        condition = self._condition
+        flight = self.commander.status(condition)
+        return Report(condition.time_us, condition.estimate, condition.origin, self.vehicle, flight)
+
+    def take_notices(self) -> tuple[Notice, ...]:
+        """What the commander has to tell since the last call."""
+        notices = self.commander.take_notices()
+        self.events += [Event(notice.time_us, "notice", notice.text) for notice in notices]
+        return notices
+
+    def restore(self, state: SimulatorState) -> None:
+        """Become again what the snapshot saw."""
+        self.vehicle.restore(state.vehicle)
+        self.commander.restore(state.commander)
+        self.parameters.restore(state.parameters)
+        self.vehicle.params = self.parameters.vehicle_params
+        self.events = []
+        self._synchronize()
+
+    def _synchronize(self) -> None:
+        self._look()
+        self._armed, self._mode = self.commander.armed, self.commander.mode
+
+    def _look(self) -> None:
+        vehicle = self.vehicle
+        self.time_us = vehicle.time_us
+        self._condition = Condition(self.time_us, vehicle.estimate, vehicle.origin, vehicle.on_ground)
+
+    def _watch(self) -> None:
+        armed, mode = self.commander.armed, self.commander.mode
+        if armed is not self._armed:
+            self.events.append(Event(self.time_us, "armed" if armed else "disarmed", mode.name))
+        if mode is not self._mode:
+            self.events.append(Event(self.time_us, "mode", mode.name))
+        self._armed, self._mode = armed, mode
