@@ -1,0 +1,43 @@
+"""The straight way from one place to another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mavspiral.arrays import FloatArray, locked
+
+__all__ = ["LinePath"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinePath:
+    """The segment from `start_enu_m` to `end_enu_m`, at constant speed in `u_rad` from 0 to 1."""
+
+    start_enu_m: FloatArray
+    end_enu_m: FloatArray
+
+    def __post_init__(self) -> None:
+        """Copies, checks and locks the fields."""
+        object.__setattr__(self, "start_enu_m", locked(self.start_enu_m, shape=(3,), name="start_enu_m"))
+        object.__setattr__(self, "end_enu_m", locked(self.end_enu_m, shape=(3,), name="end_enu_m"))
+
+    @property
+    def u_end_rad(self) -> float:
+        """1."""
+        return 1.0
+
+    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
+        """The ENU position `(…, 3)`, or its derivative of `order`."""
+        u = np.asarray(u_rad, dtype=np.float64)[..., None]
+        along = self.end_enu_m - self.start_enu_m
+        match order:
+            case 0:
+                return self.start_enu_m + u * along
+            case 1:
+                return np.broadcast_to(along, (*u.shape[:-1], 3)).copy()
+            case 2 | 3:
+                return np.zeros((*u.shape[:-1], 3))
+        raise ValueError(f"order is {order}, wanted 0 to 3")

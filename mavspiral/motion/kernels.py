@@ -1,0 +1,217 @@
+"""The hot loops of `timing`, as functions of bare arrays; its docstring has the method.
+
+A `table` has one row per grid point of u, `du` apart: p′, p″, p‴ (three columns each), ψ′, ψ″.
+`limits` has the order of `Limits`: speed, climb, descent, acceleration, jerk, yaw rate, yaw acceleration.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from mavspiral.arrays import FloatArray
+
+__all__ = ["demand", "fastest_rates", "knots", "level_hills", "rate_caps", "slacken", "time_grid"]
+
+
+@njit(cache=True)
+def rate_caps(table: FloatArray, limits: FloatArray) -> FloatArray:
+    """The largest u̇² at each row under every limit, if ü is such that the speed along the curve is steady."""
+    speed, climb, descent, acceleration, _, yaw_rate, yaw_acceleration = limits
+    caps = np.empty(len(table))
+    for i in range(len(table)):
+        x1, y1, z1, x2, y2, z2, _, _, _, w1, w2 = table[i]
+        metric = x1 * x1 + y1 * y1 + z1 * z1
+        along = (x1 * x2 + y1 * y2 + z1 * z2) / metric
+        bend = math.sqrt((x2 - along * x1) ** 2 + (y2 - along * y1) ** 2 + (z2 - along * z1) ** 2)
+        swing = abs(w2 - along * w1)
+        cap = speed * speed / metric
+        if z1 != 0.0:
+            cap = min(cap, ((climb if z1 > 0.0 else descent) / z1) ** 2)
+        if w1 != 0.0:
+            cap = min(cap, (yaw_rate / w1) ** 2)
+        if bend > 0.0:
+            cap = min(cap, acceleration / bend)
+        if swing > 0.0:
+            cap = min(cap, yaw_acceleration / swing)
+        caps[i] = cap
+    return caps
+
+
+@njit(cache=True)
+def fastest_rates(
+    table: FloatArray, du: float, caps: FloatArray, limits: FloatArray, slowness: FloatArray
+) -> FloatArray:
+    """The largest u̇ at each row, from rest to rest, without jerk: one pass back, one pass forth."""
+    n = len(table)
+    b = np.zeros(n)
+    q = 0.5 / du
+    for i in range(n - 2, 0, -1):  # the largest b from which some allowed a leads to b_{i+1} or below
+        x1, y1, z1, x2, y2, z2, _, _, _, w1, w2 = table[i]
+        cap = caps[i] / slowness[i] ** 2
+        most = limits[3] / slowness[i] ** 2
+        most_yaw = limits[6] / slowness[i] ** 2
+        # On the line a = q·(b_{i+1} - b): |e·b + f| ≤ A and |g·b + h| ≤ α.
+        ex, ey, ez, g = x2 - q * x1, y2 - q * y1, z2 - q * z1, w2 - q * w1
+        r = q * b[i + 1]
+        fx, fy, fz, h = r * x1, r * y1, r * z1, r * w1
+        ee, ef, ff = ex * ex + ey * ey + ez * ez, ex * fx + ey * fy + ez * fz, fx * fx + fy * fy + fz * fz
+        root = ef * ef - ee * (ff - most * most)
+        b[i] = cap  # if the line misses the allowed set, the set lies wholly below it
+        if root >= 0.0:
+            low, high = (-ef - math.sqrt(root)) / ee, (-ef + math.sqrt(root)) / ee
+            if g != 0.0:
+                middle, half = -h / g, abs(most_yaw / g)
+                low, high = max(low, middle - half), min(high, middle + half)
+            if low <= high:
+                b[i] = min(cap, high)
+    b[0] = 0.0
+    for i in range(n - 2):  # the largest allowed a that stays at or below it
+        x1, y1, z1, x2, y2, z2, _, _, _, w1, w2 = table[i]
+        most = limits[3] / slowness[i] ** 2
+        most_yaw = limits[6] / slowness[i] ** 2
+        metric, mixed = x1 * x1 + y1 * y1 + z1 * z1, x1 * x2 + y1 * y2 + z1 * z2
+        square = x2 * x2 + y2 * y2 + z2 * z2
+        root = (mixed * b[i]) ** 2 - metric * (square * b[i] * b[i] - most * most)
+        a = (-mixed * b[i] + math.sqrt(max(root, 0.0))) / metric
+        if w1 != 0.0:
+            a = min(a, most_yaw / abs(w1) - w2 / w1 * b[i])
+        b[i + 1] = max(0.0, min(b[i + 1], b[i] + 2.0 * a * du))
+    return np.sqrt(b)
+
+
+@njit(cache=True)
+def level_hills(speed: FloatArray, distance: FloatArray, window: float) -> FloatArray:
+    """The speed with the top of each hill cut where it takes `window` seconds to cross."""
+    level_ground = 1.0 + 1e-9
+    v = speed.copy()
+    n = len(v)
+    i = 1
+    while i < n - 1:
+        if not (v[i] > v[i - 1] and v[i] >= v[i + 1]):
+            i += 1
+            continue
+        left = right = i
+        level = v[i]
+        while left > 0 and right < n - 1 and distance[right] - distance[left] < level * window:
+            step = max(v[left - 1], v[right + 1])
+            if step > level * level_ground:  # a valley: beyond it rises a higher hill
+                break
+            if v[left - 1] >= v[right + 1]:
+                left -= 1
+            else:
+                right += 1
+            level = min(level, step)
+        v[left : right + 1] = np.minimum(v[left : right + 1], level)
+        i = max(right, i + 1)
+    return v
+
+
+@njit(cache=True)
+def time_grid(rates: FloatArray, du: float) -> FloatArray:
+    """When each row is reached, ü being constant between rows."""
+    times = np.zeros(len(rates))
+    for i in range(len(rates) - 1):
+        times[i + 1] = times[i] + 2.0 * du / (rates[i] + rates[i + 1])
+    return times
+
+
+@njit(cache=True)
+def knots(
+    rates: FloatArray, times: FloatArray, steps: int, width: int, u_end: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The law u, u̇, ü at `steps + width + 1` knots: the running mean, over `width` steps, of u̇(t)."""
+    dt = times[-1] / steps
+    source = np.zeros(steps + 1 + 2 * width)  # at rest for one window before and after
+    i = 0
+    area = 0.0
+    for k in range(1, steps):
+        t = k * dt
+        while times[i + 1] < t:
+            i += 1
+        source[width + k] = rates[i] + (rates[i + 1] - rates[i]) * (t - times[i]) / (times[i + 1] - times[i])
+        area += source[width + k] * dt
+    source *= u_end / area
+    n = steps + width + 1
+    u, u1, u2 = np.zeros(n), np.zeros(n), np.zeros(n)
+    for k in range(1, n):
+        u2[k] = (source[k + width] - source[k]) / (width * dt)
+        u1[k] = u1[k - 1] + 0.5 * (u2[k] + u2[k - 1]) * dt
+        u[k] = u[k - 1] + dt * (u1[k - 1] + dt * (2.0 * u2[k - 1] + u2[k]) / 6.0)
+    u1[-1] = u2[-1] = 0.0
+    return u * (u_end / u[-1]), u1, u2
+
+
+@njit(cache=True)
+def demand(
+    table: FloatArray,
+    du: float,
+    limits: FloatArray,
+    dt: float,
+    u: FloatArray,
+    u1: FloatArray,
+    u2: FloatArray,
+) -> FloatArray:
+    """How many times slower each knot would have to be passed to be within every limit; 1 is just so."""
+    speed, climb, descent, acceleration, jerk, yaw_rate, yaw_acceleration = limits
+    n = len(u)
+    ratios = np.zeros(n)
+    row = np.empty(11)
+    for k in range(n):
+        x = u[k] / du
+        i = min(max(int(x), 1), len(table) - 3)
+        s = x - i
+        # Cubic through four rows.
+        c0, c3 = -s * (s - 1.0) * (s - 2.0) / 6.0, (s + 1.0) * s * (s - 1.0) / 6.0
+        c1, c2 = (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0, -(s + 1.0) * s * (s - 2.0) / 2.0
+        for c in range(11):
+            row[c] = c0 * table[i - 1, c] + c1 * table[i, c] + c2 * table[i + 1, c] + c3 * table[i + 2, c]
+        v, a = u1[k], u2[k]
+        before = (a - u2[k - 1]) / dt if k > 0 else 0.0
+        after = (u2[k + 1] - a) / dt if k < n - 1 else 0.0
+        velocity2 = acceleration2 = jerk2_before = jerk2_after = 0.0
+        for c in range(3):
+            p1, p2, p3 = row[c], row[3 + c], row[6 + c]
+            velocity2 += (p1 * v) ** 2
+            acceleration2 += (p2 * v * v + p1 * a) ** 2
+            steady = p3 * v * v * v + 3.0 * p2 * v * a
+            jerk2_before += (steady + p1 * before) ** 2
+            jerk2_after += (steady + p1 * after) ** 2
+        rise = row[2] * v
+        first = max(math.sqrt(velocity2) / speed, rise / climb, -rise / descent, abs(row[9] * v) / yaw_rate)
+        second = max(math.sqrt(acceleration2) / acceleration, abs(row[10] * v * v + row[9] * a) / yaw_acceleration)
+        third = math.sqrt(max(jerk2_before, jerk2_after)) / jerk
+        ratios[k] = max(first, math.sqrt(second), third ** (1.0 / 3.0))
+    return ratios
+
+
+@njit(cache=True)
+def slacken(
+    slowness: FloatArray, times: FloatArray, ratios: FloatArray, steps: int, width: int, gain: float
+) -> FloatArray:
+    """The slowness times the worst demand, to the power `gain`, that each row had a part in; at least 1.
+
+    A row passed at t before the mean has a part in the law from t to t + `width` steps.
+    """
+    n = len(ratios)
+    worst = np.empty(n)  # of the knots k to k + width + 1
+    queue = np.empty(n, dtype=np.int64)  # knots with falling ratios
+    head, tail = 0, 0
+    new = 0
+    for k in range(n):
+        while new < min(n, k + width + 2):
+            while tail > head and ratios[queue[tail - 1]] <= ratios[new]:
+                tail -= 1
+            queue[tail] = new
+            tail += 1
+            new += 1
+        while queue[head] < k:
+            head += 1
+        worst[k] = ratios[queue[head]]
+    dt = times[-1] / steps
+    slower = np.empty(len(slowness))
+    for i in range(len(slowness)):
+        slower[i] = max(1.0, slowness[i] * worst[min(int(times[i] / dt), n - 1)] ** gain)
+    return slower

@@ -1,0 +1,69 @@
+"""The time law u(t): when to be where on a curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mavspiral.arrays import FloatArray, locked
+
+__all__ = ["TimeLaw"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TimeLaw:
+    """The phase u(t) from rest to rest: a C² piecewise cubic over equal steps of time.
+
+    Knot k stands at `k · step_s`. Between knots u⃛ is constant, so ü is linear and continuous.
+
+    Raises:
+        ValueError: fewer than two knots, lengths that differ, or an end that is not at rest.
+    """
+
+    step_s: float
+    phase_rad: FloatArray
+    phase_rate_radps: FloatArray
+    phase_acceleration_radps2: FloatArray
+
+    def __post_init__(self) -> None:
+        knots = np.size(self.phase_rad)
+        if knots < 2 or not self.step_s > 0:
+            raise ValueError(f"a time law of {knots} knots, {self.step_s} s apart: wanted at least 2, apart")
+        for name in ("phase_rad", "phase_rate_radps", "phase_acceleration_radps2"):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(knots,), name=name))
+        if self.phase_rate_radps[0] != 0 or self.phase_rate_radps[-1] != 0:
+            raise ValueError("a time law must begin and end at rest")
+
+    @property
+    def duration_s(self) -> float:
+        """Time from rest to rest."""
+        return self.step_s * (len(self.phase_rad) - 1)
+
+    def __call__(self, t_s: ArrayLike, order: int = 0) -> FloatArray:
+        """The `order`-th derivative of u at `t_s`, in rad/sᵒʳᵈᵉʳ; t is clipped to [0, duration]."""
+        return self.derivatives(t_s)[order]
+
+    def derivatives(self, t_s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """The values u, u̇, ü, u⃛ at `t_s`; t is clipped to [0, duration]."""
+        steps = np.clip(np.asarray(t_s, dtype=np.float64) / self.step_s, 0, len(self.phase_rad) - 1)
+        k = np.minimum(steps.astype(np.intp), len(self.phase_rad) - 2)
+        t = (steps - k) * self.step_s
+        u, v, a = self.phase_rad[k], self.phase_rate_radps[k], self.phase_acceleration_radps2[k]
+        j = (self.phase_acceleration_radps2[k + 1] - a) / self.step_s
+        return (
+            u + t * (v + t * (a / 2 + t * j / 6)),
+            v + t * (a + t * j / 2),
+            a + t * j,
+            j,
+        )
+
+    def stretched(self, factor: float) -> TimeLaw:
+        """The same phases, `factor` times as slow."""
+        return TimeLaw(
+            self.step_s * factor,
+            self.phase_rad,
+            self.phase_rate_radps / factor,
+            self.phase_acceleration_radps2 / factor**2,
+        )

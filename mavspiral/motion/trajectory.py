@@ -1,0 +1,139 @@
+"""Where the vehicle is meant to be at every moment: legs in a row, each a curve, a gaze and a time law."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mavspiral.arrays import FloatArray
+from mavspiral.curve import Path
+from mavspiral.frames import wrap_rad
+from mavspiral.motion.law import TimeLaw
+from mavspiral.motion.turn import Gaze
+
+__all__ = ["Leg", "Trajectory", "TrajectoryState"]
+
+JOIN_TOLERANCE_M = 1e-6
+JOIN_TOLERANCE_RAD = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leg:
+    """One curve, flown from rest to rest."""
+
+    name: str
+    path: Path
+    gaze: Gaze
+    law: TimeLaw
+    gimbal_pitch_rad: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrajectoryState:
+    """The motion at the times `t_s`; vectors have one more axis of length 3. Yaw is unwrapped."""
+
+    t_s: FloatArray
+    position_enu_m: FloatArray
+    velocity_enu_mps: FloatArray
+    acceleration_enu_mps2: FloatArray
+    jerk_enu_mps3: FloatArray
+    yaw_enu_rad: FloatArray
+    yaw_rate_enu_radps: FloatArray
+    yaw_acceleration_enu_radps2: FloatArray
+    gimbal_pitch_rad: FloatArray
+
+    def __post_init__(self) -> None:
+        for column in fields(self):
+            getattr(self, column.name).setflags(write=False)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """Legs in a row as one motion over [0, duration_s]. It has no cursor: ask it for any time.
+
+    Raises:
+        ValueError: no legs, or two legs do not join (the place and the gap are named).
+    """
+
+    legs: tuple[Leg, ...]
+    _begin_s: FloatArray = field(init=False, repr=False)
+    _turns_rad: FloatArray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.legs:
+            raise ValueError("a trajectory needs at least one leg")
+        begin_s = np.cumsum([0.0, *(leg.law.duration_s for leg in self.legs)])
+        turns_rad = np.zeros(len(self.legs))
+        for i, (before, after) in enumerate(zip(self.legs, self.legs[1:], strict=False)):
+            turns_rad[i + 1] = turns_rad[i] + _join(before, after)
+        begin_s.setflags(write=False)
+        turns_rad.setflags(write=False)
+        object.__setattr__(self, "_begin_s", begin_s)
+        object.__setattr__(self, "_turns_rad", turns_rad)
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first rest to the last."""
+        return float(self._begin_s[-1])
+
+    def span_s(self, name: str) -> tuple[float, float]:
+        """When the leg `name` begins and ends.
+
+        Raises:
+            KeyError: no leg is called so.
+        """
+        for leg, begin_s, end_s in zip(self.legs, self._begin_s, self._begin_s[1:], strict=False):
+            if leg.name == name:
+                return float(begin_s), float(end_s)
+        raise KeyError(f"no leg is called {name!r}; there are {[leg.name for leg in self.legs]}")
+
+    def __call__(self, t_s: ArrayLike) -> TrajectoryState:
+        """The motion at `t_s`, of any shape; t is clipped to [0, duration]."""
+        t = np.clip(np.asarray(t_s, dtype=np.float64), 0.0, self.duration_s)
+        flat = t.ravel()
+        vectors = np.empty((4, flat.size, 3))
+        yaws = np.empty((3, flat.size))
+        pitch = np.empty(flat.size)
+        which = np.clip(np.searchsorted(self._begin_s, flat, side="right") - 1, 0, len(self.legs) - 1)
+        for i in np.unique(which):
+            leg, here = self.legs[i], which == i
+            vectors[:, here], yaws[:, here] = _motion(leg, flat[here] - self._begin_s[i])
+            yaws[0, here] += self._turns_rad[i]
+            pitch[here] = leg.gimbal_pitch_rad
+        return TrajectoryState(
+            t,
+            *(vector.reshape(*t.shape, 3) for vector in vectors),
+            *(yaw.reshape(t.shape) for yaw in yaws),
+            pitch.reshape(t.shape),
+        )
+
+    def sampled(self, dt_s: float) -> TrajectoryState:
+        """The motion every `dt_s` from 0 on, and at the very end."""
+        steps = int(np.floor(self.duration_s / dt_s * (1 - 1e-12)))
+        return self(np.append(np.arange(steps + 1) * dt_s, self.duration_s))
+
+
+def _motion(leg: Leg, t_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Position and three derivatives, `(4, n, 3)`; yaw and two derivatives, `(3, n)`: the chain rule."""
+    u, u1, u2, u3 = leg.law.derivatives(t_s)
+    p, p1, p2, p3 = (leg.path(u, order) for order in range(4))
+    y, y1, y2 = (leg.gaze(u, order) for order in range(3))
+    v1, v2, v3 = u1[:, None], u2[:, None], u3[:, None]
+    vectors = np.stack(
+        [p, p1 * v1, p2 * v1**2 + p1 * v2, p3 * v1**3 + 3 * p2 * v1 * v2 + p1 * v3],
+    )
+    return vectors, np.stack([y, y1 * u1, y2 * u1**2 + y1 * u2])
+
+
+def _join(before: Leg, after: Leg) -> float:
+    """The whole turns that `after` must be given to go on where `before` ends."""
+    u_end = before.path.u_end_rad
+    gap_m = float(np.linalg.norm(after.path(0.0) - before.path(u_end)))
+    if gap_m > JOIN_TOLERANCE_M:
+        raise ValueError(f"leg {after.name!r} begins {gap_m:.3g} m from where {before.name!r} ends")
+    jump_rad = float(before.gaze(u_end)) - float(after.gaze(0.0))
+    if abs(gap_rad := float(wrap_rad(jump_rad))) > JOIN_TOLERANCE_RAD:
+        raise ValueError(f"leg {after.name!r} begins {gap_rad:.3g} rad of yaw from where {before.name!r} ends")
+    return jump_rad - gap_rad
