@@ -1,0 +1,87 @@
+"""May this vehicle fly this plan? Judged on the ground, from what it says about itself."""
+
+from __future__ import annotations
+
+from mavspiral.flight.profile import Profile
+from mavspiral.flight.reference import Extremes
+from mavspiral.flight.vehicle import Vehicle
+
+__all__ = ["Finding", "check_before_arming"]
+
+Finding = tuple[str, str]
+"""Severity ("warning" or "error") and the words."""
+
+_SPEED_TOLERANCE = 1.01
+_LONG_LOSS_S = 3.0
+
+
+def check_before_arming(
+    vehicle: Vehicle, profile: Profile, extremes: Extremes, *, battery_min_pct: float
+) -> list[Finding]:
+    """What stands against the flight ("error") and what the pilot should know ("warning")."""
+    return [
+        *_state(vehicle, battery_min_pct),
+        *_speeds(vehicle, profile, extremes),
+        *_loss(vehicle, profile),
+    ]
+
+
+def _state(vehicle: Vehicle, battery_min_pct: float) -> list[Finding]:
+    findings: list[Finding] = []
+    if vehicle.armed:
+        findings.append(
+            ("error", "the vehicle is armed already; disarm it, mavspiral starts from the ground")
+        )
+    elif vehicle.flying:
+        findings.append(("error", "the vehicle says that it is in the air; mavspiral starts from the ground"))
+    battery_pct = vehicle.status.battery_pct if vehicle.status else None
+    if battery_pct is None:
+        findings.append(("warning", "the vehicle does not tell its battery level"))
+    elif battery_pct < battery_min_pct:
+        findings.append(("error", f"battery at {battery_pct} %, below {battery_min_pct:g} %; charge it"))
+    return findings
+
+
+def _speeds(vehicle: Vehicle, profile: Profile, extremes: Extremes) -> list[Finding]:
+    findings: list[Finding] = []
+    wanted = (extremes.horizontal_mps, extremes.climb_mps, extremes.descent_mps)
+    axes = ("horizontal speed", "climb", "descent")
+    for name, axis, plan_mps in zip(profile.speed_parameters, axes, wanted, strict=True):
+        allowed_mps = _parameter(vehicle, profile, name)
+        if allowed_mps is None:
+            findings.append(
+                ("warning", f"{name} could not be read; the plan's {axis} of {plan_mps:.1f} m/s is unchecked")
+            )
+        elif plan_mps > allowed_mps * _SPEED_TOLERANCE:
+            words = f"the plan's {axis} reaches {plan_mps:.2f} m/s, {name} allows {allowed_mps:.2f}"
+            findings.append(("error", f"{words}; plan it slower or raise {name}"))
+    return findings
+
+
+def _loss(vehicle: Vehicle, profile: Profile) -> list[Finding]:
+    findings: list[Finding] = []
+    action = _parameter(vehicle, profile, profile.loss_action)
+    timeout_s = _parameter(vehicle, profile, profile.loss_timeout)
+    if action is None:
+        findings.append(
+            ("warning", f"{profile.loss_action} could not be read; what loss of the link does is unknown")
+        )
+    elif int(action) not in profile.safe_loss_actions:
+        does = profile.loss_actions.get(int(action), f"action {int(action)}")
+        safe = ", ".join(f"{code} {profile.loss_actions[code]}" for code in sorted(profile.safe_loss_actions))
+        findings.append(
+            ("warning", f"if the link is lost: {does} ({profile.loss_action} = {int(action)}); safer: {safe}")
+        )
+    if timeout_s is not None and timeout_s > _LONG_LOSS_S:
+        findings.append(
+            (
+                "warning",
+                f"{profile.loss_timeout} = {timeout_s:g} s: so long it flies on blindly if the link is lost",
+            )
+        )
+    return findings
+
+
+def _parameter(vehicle: Vehicle, profile: Profile, name: str) -> float | None:
+    value = vehicle.parameters.get(name)
+    return None if value is None else value.number(bytewise=profile.integers_bytewise)

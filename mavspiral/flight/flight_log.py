@@ -1,0 +1,166 @@
+"""What happened, in columns; and the packets themselves, as a .tlog."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from array import array
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavspiral.arrays import FloatArray
+from mavspiral.flight.messages import Target
+from mavspiral.flight.vehicle import Vehicle
+from mavspiral.frames import RigidMap, yaw_ned_to_enu
+
+__all__ = ["Event", "FlightLog", "Recorder", "TlogWriter"]
+
+NO_LEG = -1
+_ROW_N = 19
+_NOTHING = (np.nan,) * 7
+
+
+class Event(NamedTuple):
+    """Something worth telling: `severity` is "info", "warning" or "error"."""
+
+    t_us: int
+    severity: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlightLog:
+    """A flight, row by row from arming to the end, in the plan's ENU.
+
+    Args:
+        t_us: the clock that drove the session.
+        vehicle_s: the vehicle's own clock, since its boot.
+        path_t_s: path time of the reference; NaN in rows without one.
+        leg: index into `legs` of the leg being flown, -1 off the trajectory.
+        truth_position_enu_m: filled in by whoever knows the truth (`with_truth`), else None.
+    """
+
+    legs: tuple[str, ...]
+    events: tuple[Event, ...]
+    t_us: NDArray[np.int64]
+    vehicle_s: FloatArray
+    leg: NDArray[np.int64]
+    path_t_s: FloatArray
+    governor_rate: FloatArray
+    reference_position_enu_m: FloatArray
+    reference_velocity_enu_mps: FloatArray
+    reference_yaw_enu_rad: FloatArray
+    estimate_position_enu_m: FloatArray
+    estimate_velocity_enu_mps: FloatArray
+    estimate_yaw_enu_rad: FloatArray
+    truth_position_enu_m: FloatArray | None = None
+    truth_velocity_enu_mps: FloatArray | None = None
+    truth_yaw_enu_rad: FloatArray | None = None
+
+    def __len__(self) -> int:
+        return len(self.t_us)
+
+    def on_leg(self, name: str) -> NDArray[np.bool_]:
+        """Which rows were flown on the leg `name`."""
+        return np.asarray(self.leg == self.legs.index(name))
+
+    def with_truth(
+        self, position_enu_m: FloatArray, velocity_enu_mps: FloatArray, yaw_enu_rad: FloatArray
+    ) -> FlightLog:
+        """The same flight with the truth beside it, one row for each of ours."""
+        return replace(
+            self,
+            truth_position_enu_m=position_enu_m,
+            truth_velocity_enu_mps=velocity_enu_mps,
+            truth_yaw_enu_rad=yaw_enu_rad,
+        )
+
+    def save(self, path: Path) -> None:
+        """Write the log as .npz, whole or not at all."""
+        columns = {f.name: getattr(self, f.name) for f in fields(self)}
+        columns["legs"] = np.array(self.legs, dtype=np.str_)
+        columns["events"] = np.array([(str(e.t_us), e.severity, e.text) for e in self.events], dtype=np.str_)
+        descriptor, beside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        try:
+            with os.fdopen(descriptor, "wb") as file:
+                np.savez_compressed(file, **{k: v for k, v in columns.items() if v is not None})
+            Path(beside).replace(path)
+        except BaseException:
+            Path(beside).unlink()
+            raise
+
+    @classmethod
+    def load(cls, path: Path) -> FlightLog:
+        """The log that `save` wrote."""
+        with np.load(path, allow_pickle=False) as file:
+            columns = {name: file[name] for name in file.files}
+        legs = tuple(str(name) for name in columns.pop("legs"))
+        events = tuple(
+            Event(int(t), str(s), str(text)) for t, s, text in columns.pop("events").reshape(-1, 3)
+        )
+        return cls(legs, events, **columns)
+
+
+class Recorder:
+    """Takes rows as they happen, in the vehicle's frame, at about a microsecond each."""
+
+    def __init__(self) -> None:
+        self._rows = array("d")
+
+    def row(
+        self,
+        now_us: int,
+        vehicle_us: float,
+        leg: int,
+        pace: tuple[float, float],
+        target: Target | None,
+        vehicle: Vehicle,
+    ) -> None:
+        """Note path time and its rate, the reference and the vehicle's estimate at this moment."""
+        wanted = (
+            (*target.position_ned_m, *target.velocity_ned_mps, target.yaw_ned_rad) if target else _NOTHING
+        )
+        self._rows.extend((now_us, vehicle_us, leg, *pace, *wanted))
+        self._rows.extend((*vehicle.position_ned_m, *vehicle.velocity_ned_mps, vehicle.yaw_ned_rad))
+
+    def log(self, to_vehicle: RigidMap, legs: tuple[str, ...], events: tuple[Event, ...]) -> FlightLog:
+        """All rows so far, in the frame that `to_vehicle` comes from."""
+        rows = np.array(self._rows).reshape(-1, _ROW_N)
+        back = to_vehicle.R_ned_enu
+        columns: list[np.ndarray] = [
+            rows[:, 0].astype(np.int64),
+            rows[:, 1] * 1e-6,
+            rows[:, 2].astype(np.int64),
+            rows[:, 3].copy(),
+            rows[:, 4].copy(),
+        ]
+        for first in (5, 12):
+            columns += [
+                to_vehicle.position_enu_m(rows[:, first : first + 3]),
+                rows[:, first + 3 : first + 6] @ back,
+                yaw_ned_to_enu(rows[:, first + 6]),
+            ]
+        for column in columns:
+            column.setflags(write=False)
+        return FlightLog(legs, events, *columns)
+
+
+class TlogWriter:
+    """Writes whole packets as a .tlog: eight bytes of big-endian microseconds, then the frame.
+
+    Args:
+        file: where to, opened for writing bytes.
+        epoch_us: what is added to the session's clock to make Unix time.
+    """
+
+    def __init__(self, file: BinaryIO, epoch_us: int = 0) -> None:
+        self._file = file
+        self._epoch_us = epoch_us
+
+    def write(self, now_us: int, frame: bytes) -> None:
+        """Append one packet."""
+        self._file.write((now_us + self._epoch_us).to_bytes(8, "big") + frame)

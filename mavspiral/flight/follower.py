@@ -1,0 +1,59 @@
+"""A reference that is being flown: path time, led by the governor, on the vehicle's clock."""
+
+from __future__ import annotations
+
+import math
+
+from mavspiral.flight.governor import GovernorLimits, Pace, advance, wanted_rate
+from mavspiral.flight.messages import Target, Triple
+from mavspiral.flight.reference import Reference
+
+__all__ = ["Follower"]
+
+
+class Follower:
+    """Where on `reference` the vehicle is asked to be.
+
+    Args:
+        reference: the motion.
+        limits: of the governor.
+        vehicle_us: the vehicle's time now.
+        pace: the path time and its rate to begin with.
+    """
+
+    def __init__(
+        self, reference: Reference, limits: GovernorLimits, vehicle_us: float, pace: Pace | None = None
+    ) -> None:
+        self.reference = reference
+        self.pace = pace or Pace()
+        self.error_m = 0.0
+        self._limits = limits
+        self._vehicle_us = vehicle_us
+        self._speed_mps = 0.0
+
+    @property
+    def finished(self) -> bool:
+        """Whether path time has reached the end."""
+        return self.pace.path_t_s >= self.reference.duration_s
+
+    def heard(self, vehicle_us: float, position_ned_m: Triple) -> None:
+        """Take in where the vehicle was at `vehicle_us`, and how far that was from the reference then."""
+        ago_s = (self._vehicle_us - vehicle_us) * 1e-6
+        then = self.reference.at(self.pace.path_t_s - self.pace.rate * ago_s)
+        self.error_m = math.dist(then.position_ned_m, position_ned_m)
+        self._speed_mps = math.hypot(*then.velocity_ned_mps)
+
+    def advance(self, vehicle_us: float, *, longest_s: float, hold: bool) -> Target:
+        """Move path time on to `vehicle_us` and return the setpoint there.
+
+        Args:
+            vehicle_us: the vehicle's time now; where its clock has jumped, path time does not.
+            longest_s: a stall of ours or of the link moves path time by no more than this.
+            hold: brake and stand still.
+        """
+        dt_s = min((vehicle_us - self._vehicle_us) * 1e-6, longest_s)
+        if dt_s > 0 or dt_s < -1.0:
+            self._vehicle_us = vehicle_us
+        wanted = 0.0 if hold else wanted_rate(self.error_m, self._limits)
+        self.pace = advance(self.pace, dt_s, wanted, self._speed_mps, self._limits)
+        return self.reference.at(*self.pace)

@@ -1,0 +1,74 @@
+"""The values around a flight: its states, what it may be told, what a step gives back, how it ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import NamedTuple
+
+from mavspiral.flight.flight_log import Event
+from mavspiral.flight.governor import GovernorLimits
+
+__all__ = ["Outcome", "SessionConfig", "State", "Step"]
+
+
+class State(Enum):
+    """Where in the flight we are."""
+
+    CONNECT = "connect"
+    IDENTIFY = "identify"
+    TELEMETRY = "telemetry"
+    ORIGIN = "origin"
+    ROUTE = "route"
+    CHECK = "check"
+    ARM = "arm"
+    TAKEOFF = "take off"
+    PRESTREAM = "pre-stream"
+    OFFBOARD = "offboard"
+    ALIGN = "align"
+    STREAM = "stream"
+    HOLD = "hold"
+    RETURN = "return"
+    LAND = "land"
+    OVER = "over"
+
+
+@dataclass(frozen=True, slots=True)
+class SessionConfig:
+    """What a flight may be told.
+
+    Args:
+        rate_hz: of the setpoints.
+        governor: when path time slows down; its reserve also bounds how far the origin may move.
+        battery_min_pct: below it the vehicle is not armed.
+        join_max_m: farther than this from the first point after take-off, it lands instead of joining.
+        nobody_after_s: without a heartbeat to begin with, nobody is there.
+        lost_after_s: a silence after which the link is lost and the setpoints end.
+        dry_run: do everything but arm.
+    """
+
+    rate_hz: float = 50.0
+    governor: GovernorLimits = field(default_factory=GovernorLimits)
+    battery_min_pct: float = 30.0
+    join_max_m: float = 5.0
+    nobody_after_s: float = 10.0
+    lost_after_s: float = 5.0
+    dry_run: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How it ended: in which state, why, and with which exit code (0 flown, 1 not as planned, 2, 3 link)."""
+
+    ok: bool
+    state: State
+    reason: str
+    exit_code: int
+
+
+class Step(NamedTuple):
+    """What to send, when to call again at the latest, and what there is to tell."""
+
+    send: bytes
+    next_due_us: int
+    events: tuple[Event, ...]

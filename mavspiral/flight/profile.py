@@ -1,0 +1,74 @@
+"""What one autopilot does differently from another, as a value. The session itself knows no autopilot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from mavspiral.flight.messages import TypeMask
+
+__all__ = ["Mode", "Profile"]
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """A flight mode: `custom_mode` as its HEARTBEAT shows it, `command` as DO_SET_MODE wants params 1 to 3."""
+
+    name: str
+    custom_mode: int
+    command: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """How to talk to one autopilot.
+
+    Args:
+        autopilot: MAV_AUTOPILOT in its heartbeat.
+        follow: the mode in which it follows setpoints.
+        climb: the modes that it goes through in a commanded take-off.
+        telemetry_hz: the streams that the session lives on, by message id; all others are switched off.
+        kept: messages that are answers or notices, never switched off.
+        pre_stream_s: for how long it wants to see setpoints before it will follow them.
+        takeoff_params: of NAV_TAKEOFF, from the height to reach AMSL and above home.
+        takeoff_within_m: how near to its take-off height it calls itself arrived.
+        speed_parameters: which parameters bound horizontal speed, climb and descent.
+        integers_bytewise: PARAM_VALUE carries integers in the float's bytes.
+        loss_timeout: parameter that says after how many seconds without setpoints its failsafe acts.
+        loss_action: parameter that says what its failsafe does then.
+        loss_actions: the values of `loss_action` in words.
+        safe_loss_actions: those that need no pilot.
+    """
+
+    name: str
+    autopilot: int
+    type_mask: TypeMask
+    coordinate_frame: int
+    follow: Mode
+    land: Mode
+    go_home: Mode
+    climb: tuple[Mode, ...]
+    other_modes: tuple[Mode, ...]
+    telemetry_hz: Mapping[int, float]
+    kept: frozenset[int]
+    pre_stream_s: float
+    takeoff_params: Callable[[float, float], tuple[float, ...]]
+    takeoff_within_m: float
+    speed_parameters: tuple[str, str, str]
+    integers_bytewise: bool
+    loss_timeout: str
+    loss_action: str
+    loss_actions: Mapping[int, str]
+    safe_loss_actions: frozenset[int]
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The parameters that the session reads before it arms."""
+        return (self.loss_timeout, self.loss_action, *self.speed_parameters)
+
+    def mode_name(self, custom_mode: int) -> str:
+        """The mode in words."""
+        for mode in (self.follow, self.land, self.go_home, *self.climb, *self.other_modes):
+            if mode.custom_mode == custom_mode:
+                return mode.name
+        return f"mode {custom_mode:#x}"

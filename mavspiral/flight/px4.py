@@ -1,0 +1,80 @@
+"""PX4, as v1.17 was seen to behave.
+
+Its DO_SET_MODE is answered by two ACKs, of which only the second is the commander's: the HEARTBEAT alone tells.
+NAV_TAKEOFF wants a height above mean sea level and NaN for "here". Without setpoints for COM_OF_LOSS_T it does
+what COM_OBL_RC_ACT says, and takes up OFFBOARD again by itself when they come back.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavspiral.flight.messages import MessageId, TypeMask
+from mavspiral.flight.profile import Mode, Profile
+
+__all__ = ["PX4"]
+
+_CUSTOM_MODE_ENABLED = 1
+_AUTO = 4
+
+
+def _mode(name: str, main: int, sub: int = 0) -> Mode:
+    return Mode(name, main << 16 | sub << 24, (_CUSTOM_MODE_ENABLED, main, sub))
+
+
+def _takeoff_params(alt_amsl_m: float, _height_home_m: float) -> tuple[float, ...]:
+    return (0.0, 0.0, 0.0, math.nan, math.nan, math.nan, alt_amsl_m)
+
+
+PX4 = Profile(
+    name="PX4",
+    autopilot=12,
+    type_mask=TypeMask(0),
+    coordinate_frame=1,  # MAV_FRAME_LOCAL_NED
+    follow=_mode("OFFBOARD", 6),
+    land=_mode("AUTO.LAND", _AUTO, 6),
+    go_home=_mode("AUTO.RTL", _AUTO, 5),
+    climb=(_mode("AUTO.TAKEOFF", _AUTO, 2), _mode("AUTO.LOITER", _AUTO, 3)),
+    other_modes=(
+        _mode("MANUAL", 1),
+        _mode("ALTCTL", 2),
+        _mode("POSCTL", 3),
+        _mode("ACRO", 5),
+        _mode("STABILIZED", 7),
+        _mode("AUTO.MISSION", _AUTO, 4),
+    ),
+    telemetry_hz={
+        MessageId.LOCAL_POSITION_NED: 50.0,
+        MessageId.ATTITUDE: 10.0,
+        MessageId.EXTENDED_SYS_STATE: 2.0,
+        MessageId.SYS_STATUS: 1.0,
+    },
+    kept=frozenset(
+        {
+            MessageId.HEARTBEAT,
+            MessageId.PARAM_VALUE,
+            MessageId.GPS_GLOBAL_ORIGIN,
+            MessageId.COMMAND_ACK,
+            MessageId.AUTOPILOT_VERSION,
+            MessageId.STATUSTEXT,
+        }
+    ),
+    pre_stream_s=1.0,
+    takeoff_params=_takeoff_params,
+    takeoff_within_m=1.0,
+    speed_parameters=("MPC_XY_VEL_MAX", "MPC_Z_VEL_MAX_UP", "MPC_Z_VEL_MAX_DN"),
+    integers_bytewise=True,
+    loss_timeout="COM_OF_LOSS_T",
+    loss_action="COM_OBL_RC_ACT",
+    loss_actions={
+        0: "Position mode, which needs a pilot's sticks",
+        1: "Altitude mode, which needs a pilot's sticks",
+        2: "Stabilized mode, which needs a pilot's sticks",
+        3: "Return",
+        4: "Land",
+        5: "Hold",
+        6: "Terminate",
+        7: "Disarm",
+    },
+    safe_loss_actions=frozenset({3, 4, 5}),
+)

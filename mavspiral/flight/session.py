@@ -1,0 +1,317 @@
+"""One flight as a state machine: `step(now_us, received) -> Step(send, next_due_us, events)`.
+
+No socket, no clock: whoever drives it brings both, so that the same bytes fly a simulated vehicle in lockstep
+and a real one over a radio. The course of the flight is a table (`course`); this is what turns it. Beside it,
+three things are watched at every step: a mode that we did not ask for (hands off), silence (the link is lost)
+and a local origin that moves (fly home). ACKs are only reported; the HEARTBEAT decides.
+"""
+
+from __future__ import annotations
+
+import bisect
+import math
+from collections.abc import Callable
+
+from mavspiral.errors import LimitError, LinkError, MavspiralError
+from mavspiral.flight.course import COURSE, Late, Row
+from mavspiral.flight.flight_log import NO_LEG, Event, FlightLog, Recorder
+from mavspiral.flight.link import Link
+from mavspiral.flight.messages import Command, Heartbeat, Message, MessageId, StatusText, SystemStatus, Target
+from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
+from mavspiral.flight.profile import Profile
+from mavspiral.flight.px4 import PX4
+from mavspiral.flight.schedule import Schedule, StreamFigures
+from mavspiral.flight.situation import Route, Situation
+from mavspiral.flight.telemetry import TelemetryRequest
+from mavspiral.frames import GeoPoint, LocalFrame
+from mavspiral.motion.trajectory import Trajectory
+
+__all__ = ["Session"]
+
+_HEARTBEAT_US = 1_000_000
+_ORIGIN_AGAIN_US = 5_000_000
+_FRESH_US = 300_000  # older telemetry does not tell where the vehicle is: path time stands
+_LONGEST_ADVANCE_S = 0.1
+_STALL_S = 0.3
+_WARNING = 4  # MAV_SEVERITY
+
+
+class Session:
+    """One flight, from connecting to the vehicle to its disarming.
+
+    Args:
+        route: gives the trajectory for a home at `(3,)` in the plan's ENU, or refuses with a MavspiralError.
+        frame: the plan's ENU.
+        config: what may be told.
+        profile: the autopilot's ways.
+        tap: is handed every whole frame with its time, both directions (`TlogWriter.write`).
+    """
+
+    def __init__(
+        self,
+        route: Route,
+        frame: LocalFrame,
+        config: SessionConfig | None = None,
+        *,
+        profile: Profile = PX4,
+        tap: Callable[[int, bytes], None] | None = None,
+    ) -> None:
+        self.state = State.CONNECT
+        self.outcome: Outcome | None = None
+        config = config or SessionConfig()
+        link = Link(None if tap is None else lambda packet: tap(self._s.now_us, packet))
+        self._s = Situation(route, frame, config, profile, link, TelemetryRequest(profile))
+        self._row = COURSE[State.CONNECT]
+        self._recorder = Recorder()
+        self._schedule = Schedule(round(1e6 / config.rate_hz))
+        self._heartbeats = Schedule(_HEARTBEAT_US)
+        self._origin_requests = Schedule(_ORIGIN_AGAIN_US)
+        self._begun = False
+        self._out: list[bytes] = []
+        self._told_n = 0
+        self._heard_us = 0
+        self._local_us = 0
+        self._ask_due_us = 0
+        self._failure: str | None = None
+        self._modes: frozenset[int] = frozenset()
+        self._entry_mode: int | None = None
+        self._mode_reached = False
+        self._leg = NO_LEG
+        self._leg_begins_s: list[float] = []
+
+    def step(self, now_us: int, received: bytes) -> Step:
+        """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
+        self._s.now_us = now_us
+        if not self._begun:
+            self._begin()
+        self._take_in(self._s.link.receive(received))
+        if self.outcome is None:
+            self._watch()
+        if self.outcome is None:
+            self._turn()
+        if self._schedule.take(now_us):
+            self._tick()
+        if self._heartbeats.take(now_us):
+            self._out.append(self._s.link.heartbeat())
+        send = b"".join(self._out)
+        self._out.clear()
+        events = tuple(self._s.events[self._told_n :])
+        self._told_n += len(events)
+        return Step(send, min(self._schedule.due_us, self._heartbeats.due_us), events)
+
+    def stop(self) -> None:
+        """The user wants to stop: hold in the air; asked again, fly home. On the ground it is over at once."""
+        if self.outcome is not None:
+            return
+        if self._row.modes is None:
+            self._conclude("stopped before take-off")
+        elif self.state in (State.TAKEOFF, State.PRESTREAM, State.OFFBOARD):
+            self._give_up("stopped by the user; landing", State.LAND)
+        elif self.state in (State.ALIGN, State.STREAM):
+            self._s.tell("warning", "stopping: the vehicle holds its position; stop again to fly home")
+            self._enter(State.HOLD)
+        elif self.state is State.HOLD:
+            self._give_up("stopped by the user; flying home", State.RETURN)
+
+    @property
+    def trajectory(self) -> Trajectory | None:
+        """What is flown, once home is known."""
+        return self._s.trajectory
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """All that was told so far."""
+        return tuple(self._s.events)
+
+    @property
+    def figures(self) -> StreamFigures:
+        """How steadily the setpoints went out."""
+        return self._schedule.figures
+
+    @property
+    def garbage_n(self) -> int:
+        """How often something came that is not MAVLink."""
+        return self._s.link.garbage_n
+
+    @property
+    def path_t_s(self) -> float:
+        """Path time on the trajectory; NaN while not on it."""
+        follower = self._s.follower
+        return follower.pace.path_t_s if follower and follower.reference is self._s.reference else math.nan
+
+    def log(self) -> FlightLog:
+        """The flight so far, from arming on.
+
+        Raises:
+            LimitError: it ended before the vehicle's place was known.
+        """
+        s = self._s
+        if s.to_vehicle is None or s.trajectory is None:
+            raise LimitError(f"no flight to log: it ended in state {self.state.value!r}")
+        legs = tuple(leg.name for leg in s.trajectory.legs)
+        return self._recorder.log(s.to_vehicle, legs, self.events)
+
+    def _begin(self) -> None:
+        self._begun = True
+        now_us = self._heard_us = self._s.now_us
+        for schedule in (self._schedule, self._heartbeats, self._origin_requests):
+            schedule.start(now_us)
+        self._enter(State.CONNECT)
+
+    def _take_in(self, messages: list[Message]) -> None:
+        s = self._s
+        local_before = s.vehicle.local
+        for message in messages:
+            if s.link.vehicle is None:
+                if not isinstance(message, Heartbeat) or message.autopilot != s.profile.autopilot:
+                    continue
+                s.link.vehicle = message.system_id, message.component_id
+            self._heard_us = s.now_us
+            s.vehicle.note(message)
+            if isinstance(message, StatusText):
+                s.tell("warning" if message.severity <= _WARNING else "info", f"vehicle: {message.text}")
+        local = s.vehicle.local
+        if local is None or local is local_before:
+            return
+        self._local_us = s.now_us
+        s.clock.observe(s.now_us, local.time_boot_ms)
+        if s.follower is not None:
+            s.follower.heard(local.time_boot_ms * 1000.0, s.vehicle.position_ned_m)
+
+    def _watch(self) -> None:
+        silence_s = (self._s.now_us - self._heard_us) * 1e-6
+        if self._s.link.vehicle is not None and silence_s > self._s.config.lost_after_s:
+            self._conclude(f"link lost: nothing came for {silence_s:.0f} s", LinkError.exit_code)
+            return
+        beat = self._s.vehicle.heartbeat
+        if self._row.modes is None or beat is None:
+            return
+        if not beat.armed:
+            if not self._row.may_disarm:
+                self._conclude("the vehicle disarmed by itself")
+            return
+        if beat.custom_mode in self._modes:
+            self._mode_reached = True
+        elif self._mode_reached or beat.custom_mode != self._entry_mode:
+            self._hands_off(beat)
+            return
+        self._watch_origin()
+
+    def _watch_origin(self) -> None:
+        s = self._s
+        if self._origin_requests.take(s.now_us):
+            self._out.append(s.link.command(Command.REQUEST_MESSAGE, MessageId.GPS_GLOBAL_ORIGIN))
+        now, then = s.vehicle.origin, s.origin
+        if now is None or then is None or now == then:
+            return
+        s.origin = now
+        moved_m = math.hypot(*LocalFrame(GeoPoint(*then)).point_enu_m(GeoPoint(*now)))
+        words = f"the vehicle's local origin moved by {moved_m:.2f} m in flight"
+        if moved_m > s.config.governor.reserve_m and self.state is not State.RETURN:
+            self._give_up(f"{words}; flying home", State.RETURN)
+        else:
+            s.tell("warning", words)
+
+    def _hands_off(self, beat: Heartbeat) -> None:
+        mode = self._s.profile.mode_name(beat.custom_mode)
+        if beat.system_status >= SystemStatus.CRITICAL:
+            self._conclude(f"the vehicle's own failsafe took over: {mode}")
+        else:
+            self._conclude(f"pilot took over: {mode}")
+
+    def _turn(self) -> None:
+        """Go as far along the course as it lets us, then ask for what the present state needs."""
+        s = self._s
+        try:
+            while self.outcome is None and self._row.done(s):
+                self._enter(self._row.then)
+        except MavspiralError as refusal:
+            self._conclude(str(refusal), refusal.exit_code)
+        if self.outcome is None and s.elapsed_s > self._row.within_s:
+            self._too_late(self._row)
+        ask = self._row.ask
+        if self.outcome is None and ask is not None and s.now_us >= self._ask_due_us:
+            self._ask_due_us = s.now_us + round(self._row.ask_every_s * 1e6)
+            self._out.append(ask(s))
+
+    def _too_late(self, row: Row) -> None:
+        words = row.words(self._s)
+        if row.late is Late.GO_ON:
+            self._s.tell("warning", words)
+            self._enter(row.then)
+        elif row.late is Late.COME_DOWN:
+            self._give_up(words, State.LAND)
+        else:
+            self._conclude(words, LinkError.exit_code if row.late is Late.NOBODY else LimitError.exit_code)
+
+    def _enter(self, state: State) -> None:
+        if state is State.ARM and self._s.config.dry_run:
+            self._conclude("dry run: all but arming went well", 0)
+            return
+        if state is State.OVER:
+            self._conclude(self._failure or "flown, landed, disarmed", 1 if self._failure else 0)
+            return
+        s = self._s
+        self.state, self._row = state, COURSE[state]
+        s.entered_us = self._ask_due_us = s.now_us
+        self._entry_mode, self._mode_reached = s.vehicle.mode, False
+        if self._row.modes is not None:
+            self._modes = frozenset(mode.custom_mode for mode in self._row.modes(s.profile))
+        if self._row.enter is not None:
+            self._row.enter(s)
+        s.tell("info", state.value)
+
+    def _give_up(self, reason: str, state: State) -> None:
+        self._s.tell("error", reason)
+        self._failure = reason
+        self._enter(state)
+
+    def _conclude(self, reason: str, exit_code: int = 1) -> None:
+        self._s.tell("error" if exit_code else "info", reason)
+        self.outcome = Outcome(exit_code == 0, self.state, reason, exit_code)
+
+    def _tick(self) -> None:
+        """One deadline: send the setpoint of this moment and note where all things are."""
+        s = self._s
+        if s.to_vehicle is None or self._row.modes is None:
+            return
+        vehicle_us = s.clock.at(s.now_us)
+        target = self._target(vehicle_us)
+        if target is None:
+            self._schedule.paused()
+        else:
+            self._out.append(
+                s.link.setpoint(
+                    int(vehicle_us / 1000),
+                    target,
+                    type_mask=s.profile.type_mask,
+                    coordinate_frame=s.profile.coordinate_frame,
+                )
+            )
+            if (gap_s := self._schedule.sent(s.now_us)) > _STALL_S:
+                s.tell("warning", f"no setpoint went out for {gap_s:.2f} s")
+        rate = s.follower.pace.rate if s.follower and target else math.nan
+        pace = (self.path_t_s, rate)
+        self._recorder.row(s.now_us, vehicle_us, self._leg, pace, target, s.vehicle)
+
+    def _target(self, vehicle_us: float) -> Target | None:
+        s, follower = self._s, self._s.follower
+        leaving = self._row.may_disarm and s.vehicle.mode != s.profile.follow.custom_mode
+        if follower is None or self.outcome is not None or not self._row.streams or leaving:
+            return None
+        fresh = s.now_us - self._local_us < _FRESH_US
+        longest_s = _LONGEST_ADVANCE_S * max(1.0, s.clock.rate)
+        target = follower.advance(vehicle_us, longest_s=longest_s, hold=not (fresh and self._row.moves))
+        self._note_leg()
+        return target
+
+    def _note_leg(self) -> None:
+        trajectory, path_t_s = self._s.trajectory, self.path_t_s
+        if trajectory is None or math.isnan(path_t_s):
+            return
+        if not self._leg_begins_s:
+            self._leg_begins_s = [trajectory.span_s(leg.name)[0] for leg in trajectory.legs]
+        leg = bisect.bisect_right(self._leg_begins_s, path_t_s) - 1
+        if leg != self._leg:
+            self._leg = leg
+            self._s.tell("info", f"leg {trajectory.legs[leg].name}")

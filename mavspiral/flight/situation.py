@@ -1,0 +1,69 @@
+"""All that is known while a flight goes on: what the rows of the course read, and the few things they settle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from mavspiral.arrays import FloatArray
+from mavspiral.flight.flight_log import Event
+from mavspiral.flight.follower import Follower
+from mavspiral.flight.link import Link
+from mavspiral.flight.messages import Command, Origin, Result
+from mavspiral.flight.outcome import SessionConfig
+from mavspiral.flight.profile import Profile
+from mavspiral.flight.reference import Reference
+from mavspiral.flight.telemetry import TelemetryRequest
+from mavspiral.flight.vehicle import Vehicle
+from mavspiral.flight.vehicle_clock import VehicleClock
+from mavspiral.frames import LocalFrame, RigidMap
+from mavspiral.motion.trajectory import Trajectory
+
+__all__ = ["Route", "Situation"]
+
+Route = Callable[[FloatArray], Trajectory]
+
+
+@dataclass(slots=True)
+class Situation:
+    """The session's blackboard.
+
+    Args:
+        now_us: the clock that drives us.
+        entered_us: when the present state began.
+        origin: the origin that `to_vehicle` was made from.
+        follower: what is being flown, from pre-stream on.
+    """
+
+    route: Route
+    frame: LocalFrame
+    config: SessionConfig
+    profile: Profile
+    link: Link
+    telemetry: TelemetryRequest
+    now_us: int = 0
+    entered_us: int = 0
+    vehicle: Vehicle = field(default_factory=Vehicle)
+    clock: VehicleClock = field(default_factory=VehicleClock)
+    events: list[Event] = field(default_factory=list)
+    origin: Origin | None = None
+    to_vehicle: RigidMap | None = None
+    trajectory: Trajectory | None = None
+    reference: Reference | None = None
+    follower: Follower | None = None
+
+    @property
+    def elapsed_s(self) -> float:
+        """Time in the present state."""
+        return (self.now_us - self.entered_us) * 1e-6
+
+    def tell(self, severity: str, text: str) -> None:
+        """Add to the events."""
+        self.events.append(Event(self.now_us, severity, text))
+
+    def answer(self, command: Command) -> str:
+        """How the vehicle last answered `command`, in words."""
+        result = self.vehicle.results.get(command)
+        if result is None:
+            return "no answer"
+        return f"its answer: {Result(result).name}" if result in set(Result) else f"its answer: {result}"

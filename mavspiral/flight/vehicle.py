@@ -1,0 +1,97 @@
+"""What the vehicle last said."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from mavspiral.flight.messages import (
+    Attitude,
+    AutopilotVersion,
+    CommandAck,
+    ExtendedSysState,
+    GlobalPosition,
+    Heartbeat,
+    LandedState,
+    LocalPosition,
+    Message,
+    Origin,
+    ParamValue,
+    SysStatus,
+    Triple,
+)
+
+__all__ = ["Vehicle"]
+
+_SLOTS: dict[type, str] = {
+    LocalPosition: "local",
+    Attitude: "attitude",
+    Heartbeat: "heartbeat",
+    Origin: "origin",
+    GlobalPosition: "place",
+    AutopilotVersion: "version",
+    SysStatus: "status",
+    ExtendedSysState: "extended",
+}
+
+
+@dataclass(slots=True)
+class Vehicle:
+    """The newest of each message; None until it has come."""
+
+    heartbeat: Heartbeat | None = None
+    local: LocalPosition | None = None
+    attitude: Attitude | None = None
+    origin: Origin | None = None
+    place: GlobalPosition | None = None
+    version: AutopilotVersion | None = None
+    status: SysStatus | None = None
+    extended: ExtendedSysState | None = None
+    results: dict[int, int] = field(default_factory=dict)
+    parameters: dict[str, ParamValue] = field(default_factory=dict)
+
+    def note(self, message: Message) -> None:
+        """Remember `message` in place of the one before."""
+        slot = _SLOTS.get(message.__class__)
+        if slot is not None:
+            if isinstance(message, LocalPosition) and not all(map(math.isfinite, message)):
+                return
+            setattr(self, slot, message)
+        elif isinstance(message, CommandAck):
+            self.results[message.command] = message.result
+        elif isinstance(message, ParamValue):
+            self.parameters[message.name] = message
+
+    @property
+    def armed(self) -> bool:
+        """As the heartbeat has it."""
+        return self.heartbeat is not None and self.heartbeat.armed
+
+    @property
+    def mode(self) -> int | None:
+        """The heartbeat's custom mode."""
+        return self.heartbeat.custom_mode if self.heartbeat else None
+
+    @property
+    def flying(self) -> bool:
+        """Whether it says that it is off the ground."""
+        return self.extended is not None and self.extended.landed_state in (
+            LandedState.IN_AIR,
+            LandedState.TAKEOFF,
+            LandedState.LANDING,
+        )
+
+    @property
+    def position_ned_m(self) -> Triple:
+        """The estimate; NaN while unknown."""
+        return self.local[1:4] if self.local else (math.nan, math.nan, math.nan)
+
+    @property
+    def velocity_ned_mps(self) -> Triple:
+        """The estimate; NaN while unknown."""
+        return self.local[4:7] if self.local else (math.nan, math.nan, math.nan)
+
+    @property
+    def yaw_ned_rad(self) -> float:
+        """The estimate; NaN while unknown."""
+        return self.attitude.yaw_ned_rad if self.attitude else math.nan
