@@ -16,7 +16,7 @@ import numpy as np
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
 from sitl.params import Params
-from sitl.rotation import yaw_of
+from sitl.rotation import to_yaw
 from sitl.simulator import Simulator, SimulatorConfig
 from sitl.vehicle import VehicleConfig
 
@@ -201,13 +201,13 @@ class _Witness:
         self._rows: list[tuple[float, ...]] = []
 
     def note(self, now_us: int) -> None:
-        truth, estimate = self._simulator.truth, self._simulator.vehicle.estimate
+        truth, estimate = self._simulator.truth, self._simulator.report.estimate
         self._rows.append(
             (
                 now_us,
                 *truth.position_ned_m,
                 *truth.velocity_ned_mps,
-                yaw_of(*truth.q_ned_frd),
+                to_yaw(truth.q_ned_frd),
                 *estimate.position_ned_m,
                 *estimate.position_variance_m2,
             )
@@ -262,13 +262,13 @@ def _measured(
         clearance_m=solids.distance_m(position_enu_m),
         estimate_error_m=np.sqrt((error_m[inspecting] ** 2).sum(axis=1)),
         nees=nees[inspecting],
-        battery_used=1.0 - simulator.vehicle.battery.remaining,
+        battery_used=1.0 - simulator.report.instruments.battery.remaining,
     )
 
 
 def _believed_map(inspection: Inspection, simulator: Simulator) -> RigidMap:
     """From the plan's ENU to the frame that the estimator's positions are in."""
-    origin = simulator.vehicle.origin
+    origin = simulator.report.origin
     assert origin is not None, "a flight without an EKF origin"
     return inspection.site.heights.frame.to_vehicle(
         GeoPoint(origin.lat_deg, origin.lon_deg, origin.alt_amsl_m)
