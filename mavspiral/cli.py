@@ -124,3 +124,7 @@ def _tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str
     files = sorted(summary["files"].values())
     if files:
         console.print(f"[dim]wrote {len(files)} files to {Path(files[0]).parent}[/]", soft_wrap=True)
+
+
+if __name__ == "__main__":
+    main()

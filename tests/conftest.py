@@ -1,0 +1,27 @@
+"""What several tests share: the missions' plans, made once, and the flag that renews golden files."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+def pytest_addoption(parser):
+    parser.addoption("--renew-golden", action="store_true", help="write tests/golden anew; read the diff")
+
+
+@pytest.fixture
+def renew_golden(request):
+    return request.config.getoption("--renew-golden")
+
+
+@pytest.fixture(scope="session")
+def planned():
+    """The plan of a mission of the gallery, by name."""
+    from mavspiral import load_mission, plan
+
+    return cache(lambda name: plan(load_mission(ROOT / "missions" / f"{name}.toml")))
