@@ -98,7 +98,7 @@ def _window_s(table: FloatArray, length_m: float, limits: Limits) -> float:
     """
     share = WINDOW_IN_BENDS if table[:, 3:9].any() else 1.0
     full_s = limits.acceleration_mps2 / limits.jerk_mps3
-    quarter_s = (length_m / (2 * limits.jerk_mps3)) ** (1 / 3)
+    quarter_s = math.cbrt(length_m / (2 * limits.jerk_mps3))
     return min(share * full_s, quarter_s)
 
 

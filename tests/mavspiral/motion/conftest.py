@@ -35,9 +35,7 @@ class FourierHelix:
         binomial = [1]
         for n in range(order):
             binomial.append(binomial[-1] * (order - n) // (n + 1))
-        plan = sum(
-            c * s[..., None] * r for c, s, r in zip(binomial, scales, rings[::-1], strict=True)
-        )
+        plan = sum(c * s[..., None] * r for c, s, r in zip(binomial, scales, rings[::-1], strict=True))
         slope = self.pitch_m / (2 * np.pi)
         height = slope * u if order == 0 else np.full_like(u, slope if order == 1 else 0.0)
         return np.concatenate([plan, height[..., None]], axis=-1)

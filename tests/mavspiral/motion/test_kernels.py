@@ -43,10 +43,13 @@ def test_without_jerk_it_is_toppra(make_helix, make_gaze, limits):
             first, second, last = (np.zeros((len(u), 3)) for _ in range(3))
             first[:, :2], first[:, 2] = table[:, 0:2], table[:, 9]
             second[:, :2], second[:, 2] = table[:, 3:5], table[:, 10]
-            faces = np.vstack([np.column_stack([np.cos(angles), np.sin(angles), 0 * angles]), [0, 0, 1], [0, 0, -1]])
+            faces = np.vstack(
+                [np.column_stack([np.cos(angles), np.sin(angles), 0 * angles]), [0, 0, 1], [0, 0, -1]]
+            )
             bounds = np.array([limits.acceleration_mps2] * 64 + [limits.yaw_acceleration_radps2] * 2)
             fastest = np.minimum(
-                limits.speed_mps**2 / np.sum(table[:, :2] ** 2, axis=1), (limits.yaw_rate_radps / table[:, 9]) ** 2
+                limits.speed_mps**2 / np.sum(table[:, :2] ** 2, axis=1),
+                (limits.yaw_rate_radps / table[:, 9]) ** 2,
             )
             squares = np.column_stack([np.zeros(len(u)), fastest])
             return first, second, last, np.array([faces] * len(u)), np.array([bounds] * len(u)), None, squares
@@ -62,7 +65,9 @@ def test_without_jerk_it_is_toppra(make_helix, make_gaze, limits):
 def test_without_jerk_a_line_is_a_trapezium(make_gaze, limits):
     table, u = tabulate(LinePath([0, 0, 0], [30, 40, 0]), lambda u, order=0: 0.0 * u, 4001)
     times = kernels.time_grid(without_jerk(table, u[1], limits), u[1])
-    assert times[-1] == pytest.approx(50 / limits.speed_mps + limits.speed_mps / limits.acceleration_mps2, rel=1e-4)
+    assert times[-1] == pytest.approx(
+        50 / limits.speed_mps + limits.speed_mps / limits.acceleration_mps2, rel=1e-4
+    )
     np.testing.assert_allclose(times + times[::-1], times[-1], atol=1e-6)
 
 

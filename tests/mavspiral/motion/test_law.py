@@ -36,12 +36,19 @@ def test_stretched_it_passes_the_same_phases_later():
     slow = law.stretched(1.25)
     assert slow.duration_s == 1.25 * law.duration_s
     for order in range(4):
-        np.testing.assert_allclose(slow(1.25 * t[::999], order) * 1.25**order, law(t[::999], order), atol=1e-12)
+        np.testing.assert_allclose(
+            slow(1.25 * t[::999], order) * 1.25**order, law(t[::999], order), atol=1e-12
+        )
 
 
 @pytest.mark.parametrize(
     ("step_s", "rate", "message"),
-    [(0.0, [0, 1, 0], "apart"), (0.1, [0, 1, 1], "rest"), (0.1, [0, np.nan, 0], "finite"), (0.1, [0, 0], "shape")],
+    [
+        (0.0, [0, 1, 0], "apart"),
+        (0.1, [0, 1, 1], "rest"),
+        (0.1, [0, np.nan, 0], "finite"),
+        (0.1, [0, 0], "shape"),
+    ],
 )
 def test_what_is_no_law_is_refused(step_s, rate, message):
     with pytest.raises(ValueError, match=message):

@@ -46,7 +46,14 @@ def drawn_limits():
         return st.floats(low, high)
 
     return st.builds(
-        Limits, between(1, 10), between(0.5, 4), between(0.5, 4), between(0.5, 5), between(0.7, 12), between(0.2, 2), between(0.2, 3)
+        Limits,
+        between(1, 10),
+        between(0.5, 4),
+        between(0.5, 4),
+        between(0.5, 5),
+        between(0.7, 12),
+        between(0.2, 2),
+        between(0.2, 3),
     )
 
 
@@ -56,9 +63,12 @@ def test_no_limit_is_exceeded_on_a_curve(make_helix, make_gaze, limits, data):
     size = data.draw(st.floats(5, 40))
     bumps = data.draw(st.lists(st.floats(-1, 1), min_size=8, max_size=8))
     harmonics = {1: (size, 0.7 * size)} | {
-        k: (size * a / k**3, size * b / k**3) for k, a, b in zip((2, 3, 5, 8), bumps[::2], bumps[1::2], strict=True)
+        k: (size * a / k**3, size * b / k**3)
+        for k, a, b in zip((2, 3, 5, 8), bumps[::2], bumps[1::2], strict=True)
     }
-    path = make_helix(turns=data.draw(st.floats(0.3, 1.2)), harmonics=harmonics, pitch_m=data.draw(st.floats(-4, 4)))
+    path = make_helix(
+        turns=data.draw(st.floats(0.3, 1.2)), harmonics=harmonics, pitch_m=data.draw(st.floats(-4, 4))
+    )
     gaze = make_gaze(sway_rad=data.draw(st.floats(0, 0.4)), times=data.draw(st.integers(1, 5)))
     law = fastest_law(path, gaze, limits)
     assert worst_ratio(path, gaze, law, limits, 0.001) <= 1.0
@@ -72,7 +82,9 @@ def test_no_limit_is_exceeded_on_a_curve(make_helix, make_gaze, limits, data):
     turn=st.floats(-3, 3),
 )
 def test_no_limit_is_exceeded_on_a_line(limits, length, way, turn):
-    path = LinePath([3.0, -2.0, 50.0], np.array([3.0, -2.0, 50.0]) + length * np.array(way) / np.linalg.norm(way))
+    path = LinePath(
+        [3.0, -2.0, 50.0], np.array([3.0, -2.0, 50.0]) + length * np.array(way) / np.linalg.norm(way)
+    )
     gaze = TurnGaze(0.5, 0.5 + turn)
     law = fastest_law(path, gaze, limits)
     assert worst_ratio(path, gaze, law, limits, 0.001) <= 1.0
@@ -124,7 +136,9 @@ def test_time_scales_with_the_limits(make_helix, make_gaze, limits, factor):
     """Speed × c, acceleration × c², jerk × c³: the same law, c times as fast."""
     path, gaze = make_helix(), make_gaze()
     powers = (1, 1, 1, 2, 3, 1, 2)
-    scaled = Limits(*(bound * factor**n for bound, n in zip(dataclasses.astuple(limits), powers, strict=True)))
+    scaled = Limits(
+        *(bound * factor**n for bound, n in zip(dataclasses.astuple(limits), powers, strict=True))
+    )
     ratio = fastest_law(path, gaze, limits).duration_s / fastest_law(path, gaze, scaled).duration_s
     assert ratio == pytest.approx(factor, rel=2e-3)
 

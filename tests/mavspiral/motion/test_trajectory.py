@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -33,7 +35,10 @@ def test_derivatives_are_those_of_the_position_and_yaw(flight):
     before, now, after = flight(t - h), flight(t), flight(t + h)
     chain = ["position_enu_m", "velocity_enu_mps", "acceleration_enu_mps2"]
     turning = ["yaw_enu_rad", "yaw_rate_enu_radps"]
-    pairs = [*zip(chain, chain[1:], strict=False), *zip(turning, [turning[1], "yaw_acceleration_enu_radps2"], strict=True)]
+    pairs = [
+        *pairwise(chain),
+        *zip(turning, [turning[1], "yaw_acceleration_enu_radps2"], strict=True),
+    ]
     for low, high in pairs:
         slope = (getattr(after, low) - getattr(before, low)) / (2 * h)
         np.testing.assert_allclose(getattr(now, high), slope, atol=2e-3)
@@ -57,7 +62,7 @@ def test_legs_follow_each_other_in_time(flight):
     spans = [flight.span_s(name) for name in ("approach-1", "approach-2", "inspection")]
     assert spans[0][0] == 0.0
     assert spans[-1][1] == flight.duration_s
-    assert all(before[1] == after[0] for before, after in zip(spans, spans[1:], strict=False))
+    assert all(before[1] == after[0] for before, after in pairwise(spans))
     middle = sum(spans[2]) / 2
     assert flight(middle).gimbal_pitch_rad == -0.2
     with pytest.raises(KeyError, match="no leg is called 'roof'"):

@@ -5,7 +5,8 @@ from mavspiral.motion.turn import TurnGaze
 
 
 @pytest.mark.parametrize(
-    ("start", "end", "turn"), [(0.0, 1.0, 1.0), (3.0, -3.0, 2 * np.pi - 6.0), (-3.0, 3.0, 6.0 - 2 * np.pi), (7.0, 7.0, 0.0)]
+    ("start", "end", "turn"),
+    [(0.0, 1.0, 1.0), (3.0, -3.0, 2 * np.pi - 6.0), (-3.0, 3.0, 6.0 - 2 * np.pi), (7.0, 7.0, 0.0)],
 )
 def test_it_turns_the_short_way_and_rests_at_both_ends(start, end, turn):
     gaze = TurnGaze(start, end, u_end_rad=2.0)

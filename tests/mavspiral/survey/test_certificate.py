@@ -8,7 +8,13 @@ from mavspiral.motion.limits import Limits
 from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import Leg, Trajectory
 from mavspiral.motion.turn import TurnGaze
-from mavspiral.survey.certificate import Certificate, LimitFigure, ceiling_figure, clearance_figures, motion_figures
+from mavspiral.survey.certificate import (
+    Certificate,
+    LimitFigure,
+    ceiling_figure,
+    clearance_figures,
+    motion_figures,
+)
 from mavspiral.survey.clearance import Clearance
 
 LIMITS = Limits(5.0, 2.0, 1.5, 2.0, 4.0, 0.8, 1.0)

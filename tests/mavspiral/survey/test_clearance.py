@@ -38,7 +38,9 @@ def test_each_sample_has_its_distance_to_building_and_obstacle(site):
     aside = np.maximum(np.maximum(20 - x, x - 30), 0.0)
     np.testing.assert_allclose(clearance.building_m, np.hypot(aside, 5.0), atol=1e-9)
     np.testing.assert_allclose(clearance.obstacle_m, np.hypot(np.maximum(x - 1, 0), 25.0), atol=1e-9)
-    np.testing.assert_array_equal(clearance.distance_m, np.minimum(clearance.building_m, clearance.obstacle_m))
+    np.testing.assert_array_equal(
+        clearance.distance_m, np.minimum(clearance.building_m, clearance.obstacle_m)
+    )
 
 
 def test_over_a_roof_only_height_counts(site):
@@ -57,7 +59,9 @@ def test_straight_on_is_the_reaction_and_the_braking_way(site):
 
 
 def test_the_budget_shows_its_terms():
-    budget = ClearanceBudget(vehicle_radius_m=0.4, map_sigma_m=0.5, navigation_sigma_m=0.3, tracking_sigma_m=0.1)
+    budget = ClearanceBudget(
+        vehicle_radius_m=0.4, map_sigma_m=0.5, navigation_sigma_m=0.3, tracking_sigma_m=0.1
+    )
     assert budget.total_m == pytest.approx(0.4 + 3 * math.sqrt(0.25 + 0.09 + 0.01))
     assert budget.required_m(4.0) == 4.0
     assert budget.required_m(1.0) == budget.total_m

@@ -37,7 +37,9 @@ maps = st.builds(
 def test_distances_of_points_are_those_of_the_slow_way(drawn):
     heights, points, _ = drawn
     expected = [slow_distance_m(heights, point) for point in points]
-    np.testing.assert_allclose(Solids.of(heights, CELL_M, ORIGIN_M).distance_m(points), expected, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(
+        Solids.of(heights, CELL_M, ORIGIN_M).distance_m(points), expected, rtol=1e-12, atol=1e-12
+    )
 
 
 @settings(max_examples=25, deadline=None)
