@@ -41,8 +41,9 @@ WINDOW_IN_BENDS = 1.2
 ROUNDS = 16
 PATIENCE = 4  # rounds without a gain of
 CLOSE = 1.001
-BETWEEN_KNOTS = 4
-MARGIN = 1 + 1e-5  # for the interpolation of the table
+FINE_STEPS = 20_000  # at least; and at least
+FINE_STEPS_PER_KNOT = 4
+MARGIN = 1 + 2e-5  # for what is finer still
 
 
 def fastest_law(path: Path, gaze: Gaze, limits: Limits) -> TimeLaw:
@@ -54,7 +55,8 @@ def fastest_law(path: Path, gaze: Gaze, limits: Limits) -> TimeLaw:
     table, du = _tabulated(path, gaze)
     bounds = np.array(astuple(limits))
     law = min(_laws(table, du, limits), key=lambda law: law.duration_s)
-    t_s = np.linspace(0.0, law.duration_s, BETWEEN_KNOTS * (len(law.phase_rad) - 1) + 1)
+    fine_steps = max(FINE_STEPS, FINE_STEPS_PER_KNOT * len(law.phase_rad))
+    t_s = np.linspace(0.0, law.duration_s, fine_steps + 1)
     u, u1, u2, _ = law.derivatives(t_s)
     worst = float(kernels.demand(table, du, bounds, t_s[1], u, u1, u2).max())
     return law.stretched(max(1.0, worst) * MARGIN)
@@ -96,7 +98,7 @@ def _window_s(table: FloatArray, length_m: float, limits: Limits) -> float:
     """
     share = WINDOW_IN_BENDS if table[:, 3:9].any() else 1.0
     full_s = limits.acceleration_mps2 / limits.jerk_mps3
-    quarter_s = (length_m / (2 * limits.jerk_mps3)) ** (1 / 3)
+    quarter_s = math.cbrt(length_m / (2 * limits.jerk_mps3))
     return min(share * full_s, quarter_s)
 
 

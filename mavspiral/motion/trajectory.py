@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -68,7 +69,7 @@ class Trajectory:
             raise ValueError("a trajectory needs at least one leg")
         begin_s = np.cumsum([0.0, *(leg.law.duration_s for leg in self.legs)])
         turns_rad = np.zeros(len(self.legs))
-        for i, (before, after) in enumerate(zip(self.legs, self.legs[1:], strict=False)):
+        for i, (before, after) in enumerate(pairwise(self.legs)):
             turns_rad[i + 1] = turns_rad[i] + _join(before, after)
         begin_s.setflags(write=False)
         turns_rad.setflags(write=False)

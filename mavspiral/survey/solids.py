@@ -99,7 +99,8 @@ def _way_distance2(p: FloatArray, w: FloatArray, box: FloatArray) -> float:
             low, slope_low = s, slope
             slope_high *= 0.5 if last < 0.0 else 1.0
         last = slope
-    return _distance2(p, w, s, box)
+    distance2: float = _distance2(p, w, s, box)
+    return distance2
 
 
 @njit(cache=True)
