@@ -8,7 +8,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from sitl.airframe import Airframe
+from sitl.airframe import RECEIVERS, Airframe
 from sitl.autopilot.cascade import new_mind, set_demand, set_gains
 from sitl.estimator.model import report
 from sitl.faults import Fault, GpsLoss, MotorLoss, WindStep
@@ -17,7 +17,7 @@ from sitl.loop import BLOCK_FRAMES, BRAIN, NOISE, WORLD, live
 from sitl.params import Params
 from sitl.physics.battery import new_pack
 from sitl.physics.dynamics import new_body, new_plant
-from sitl.physics.sensors import GPS_DELAY_FRAMES, GPS_GRADES, new_sensed
+from sitl.physics.sensors import GPS_DELAY_FRAMES, new_sensed
 from sitl.rotation import from_euler
 from sitl.signals import (
     BaroSample,
@@ -93,20 +93,20 @@ class Vehicle:
         seeds = np.random.SeedSequence(config.seed).spawn(6)
         boot, *self._generators = (np.random.Generator(np.random.PCG64(seed)) for seed in seeds)
         field = dipole_field(config.home.lat_deg, config.home.lon_deg)
-        grade = GPS_GRADES[config.gps]
+        receiver = RECEIVERS[config.gps]
         self._world, self._brain, self._noise = np.zeros(1, WORLD), np.zeros(1, BRAIN), np.zeros(1, NOISE)
         world, brain = self._world, self._brain
         world["body"] = new_body(from_euler(0.0, 0.0, config.heading_ned_rad), (0.0, 0.0, config.ground_down_m))
         world["plant"] = new_plant(config.airframe, config.ground_down_m)
         world["pack"] = new_pack(config.airframe)
         world["sensed"] = new_sensed(
-            config.airframe.senses, grade, config.home, field, boot.standard_normal(10), config.noise
+            config.airframe.senses, receiver, config.home, field, boot.standard_normal(10), config.noise
         )
         world["air"]["turbulent"] = config.gusts
         world["speed_max_radps"] = config.airframe.rotors.speed_max_radps
         brain["mind"] = new_mind()
         self._ekf = Ekf(
-            brain["nav"], config.airframe.senses, config.params, fix_sigma=grade.sigma, field_ned_gauss=field,
+            brain["nav"], config.airframe.senses, config.params, receiver=receiver, field_ned_gauss=field,
             origin_offset_ned_m=config.origin_offset_ned_m, stock=config.stock_filter,
         )
         self._body, self._pack, self._sensed = world["body"][0], world["pack"][0], world["sensed"][0]
@@ -188,7 +188,7 @@ class Vehicle:
     def estimate(self) -> Estimate:
         """What it believes now."""
         ekf, told = self._ekf, np.empty(31)
-        report(ekf.nav, ekf.filter.P, told)
+        report(ekf.nav, ekf.filter.P, ekf.wander_variance_m2, told)
         told.setflags(write=False)
         fresh = ekf.fixes_fresh(self._frame)
         return Estimate(
@@ -217,7 +217,8 @@ class Vehicle:
         lat, lon, alt, *velocity = self._sensed["fix"][taken % 16].tolist()
         grade = GPS_GRADES[self.config.gps]
         return GpsSample(
-            (taken + 1) * FRAME_US, GeoPoint(lat, lon, alt), vector(velocity), *grade.sigma, grade.fix_type, grade.satellites
+            (taken + 1) * FRAME_US, GeoPoint(lat, lon, alt), vector(velocity), *receiver.sigma,
+            receiver.fix_type, receiver.satellites,
         )
 
     @property

@@ -13,7 +13,7 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 from sitl.kernels import kernel
 
-from sitl.airframe import Senses
+from sitl.airframe import Receiver, Senses
 from sitl.estimator.model import (
     HAS_BARO,
     HAS_FIX,
@@ -173,22 +173,27 @@ class StockFilter(ExtendedKalmanFilter):  # type: ignore[misc]
 class Ekf:
     """The estimator: aligns itself standing still, anchors its origin at the first fix, then fuses what comes.
 
-    `nav` is shared with the kernels that carry the nominal state; `field_ned_gauss` is what its map says of the place.
+    `nav` is shared with the kernels that carry the nominal state; `field_ned_gauss` is what its map says of the
+    place. Position is tracked in the receiver's frame, which wanders: the wander's speed is process noise, its size is
+    added to the position's variance where that is reported.
     """
 
     def __init__(
-        self, nav: np.ndarray, senses: Senses, params: Params, *, fix_sigma: tuple[float, float, float],
+        self, nav: np.ndarray, senses: Senses, params: Params, *, receiver: Receiver,
         field_ned_gauss: tuple[float, float, float], origin_offset_ned_m: tuple[float, float, float], stock: bool,
     ) -> None:
         self.nav, self.book = nav, np.zeros(1, BOOK)
+        r = receiver
+        self._fix_sigma = np.array([r.white_h_m, r.white_h_m, r.white_v_m, r.speed_mps, r.speed_mps, r.speed_mps])
+        self.wander_variance_m2 = np.array([r.wander_h_m, r.wander_h_m, r.wander_v_m]) ** 2
         s = senses
         noise = process_noise(
             s.accel_noise_mps2_rthz, s.gyro_noise_radps_rthz, s.accel_walk_mps3_rthz, s.gyro_walk_radps2_rthz, PREDICT_S
         )
+        noise[:3] = 2.0 * self.wander_variance_m2 / receiver.wander_time_s * PREDICT_S
         self.filter = StockFilter(nav, noise) if stock else KernelFilter(nav, noise)
         self._senses, self._offset = senses, origin_offset_ned_m
         self._field = np.array(field_ned_gauss)
-        self._fix_sigma = np.array([fix_sigma[0]] * 2 + [fix_sigma[1]] + [fix_sigma[2]] * 3)
         self._fix_R = np.diag(self._fix_sigma**2)
         self._baro_R = np.array([[s.baro_noise_m**2 + s.baro_drift_m**2]])
         self._mag_R = np.eye(3) * s.mag_noise_gauss**2

@@ -80,7 +80,7 @@ def propagate(
 
 
 @kernel
-def report(navs: np.ndarray, P: FloatArray, told: FloatArray) -> None:
+def report(navs: np.ndarray, P: FloatArray, wander_variance_m2: FloatArray, told: FloatArray) -> None:
     """Fill `told`: the output's position, velocity, q, rate, acceleration, both biases, and NED variances of
     position, velocity and attitude.
     """
@@ -94,7 +94,7 @@ def report(navs: np.ndarray, P: FloatArray, told: FloatArray) -> None:
     told[19:22] = nav.accel_bias
     r = matrix(nav.out_q_ned_frd)
     for i in range(3):
-        told[22 + i] = P[i, i]
+        told[22 + i] = P[i, i] + wander_variance_m2[i]
         told[25 + i] = P[3 + i, 3 + i]
         told[28 + i] = 0.0
         for j in range(3):
