@@ -11,9 +11,19 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sitl.signals import FloatArray
+from sitl.kernels import FloatArray
 
-__all__ = ["RECEIVERS", "Airframe", "Battery", "Body", "Ground", "Receiver", "Rotors", "Senses", "load_airframe"]
+__all__ = [
+    "RECEIVERS",
+    "Airframe",
+    "Battery",
+    "Body",
+    "Ground",
+    "Receiver",
+    "Rotors",
+    "Senses",
+    "load_airframe",
+]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +75,7 @@ class Battery:
 
 @dataclass(frozen=True, slots=True)
 class Senses:
-    """The sensors' data sheets: noise densities, walks, 1-σ errors. The body errs by them, the estimator knows them."""
+    """The sensors' data sheets. The body errs by them, the estimator knows them."""
 
     gyro_noise_radps_rthz: float
     accel_noise_mps2_rthz: float
@@ -92,7 +102,7 @@ class Airframe:
 
 
 class Receiver(NamedTuple):
-    """A GNSS receiver's sheet: 1 σ of its white error and of its wandering one (Gauss–Markov), 1 σ of its speed."""
+    """A GNSS receiver's sheet: 1 σ of its white, its wandering (Gauss–Markov) and its speed error."""
 
     white_h_m: float
     white_v_m: float

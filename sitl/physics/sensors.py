@@ -1,7 +1,8 @@
 """The senses: truth made worse. Each has a random stream of its own, drawn ahead in blocks.
 
-An IMU sample is the mean over its interval, plus white noise, plus a bias that walks. A fix has a white error and one
-that wanders as a first-order Gauss–Markov process; it is true at its time and arrives `delay` later.
+An IMU sample is the mean over its interval, plus white noise, plus a bias that walks. A fix has a white
+error and one that wanders as a first-order Gauss–Markov process; it is true at its time and arrives 110 ms
+later.
 """
 
 from __future__ import annotations
@@ -9,16 +10,26 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from sitl.kernels import kernel
 
 from sitl.airframe import Receiver, Senses
 from sitl.geo import geodetic_of_ned
+from sitl.kernels import kernel
 from sitl.rotation import unrotate
 from sitl.signals import FloatArray, GeoPoint
 
 __all__ = [
-    "BARO_NORMALS", "GPS_DELAY_FRAMES", "GPS_NORMALS", "IMU_NORMALS", "MAG_NORMALS", "SENSED", "measure_baro", "measure_fix", "measure_imu", "measure_mag", "new_sensed",
-]  # fmt: skip
+    "BARO_NORMALS",
+    "GPS_DELAY_FRAMES",
+    "GPS_NORMALS",
+    "IMU_NORMALS",
+    "MAG_NORMALS",
+    "SENSED",
+    "measure_baro",
+    "measure_fix",
+    "measure_imu",
+    "measure_mag",
+    "new_sensed",
+]
 
 IMU_S = 0.005
 BARO_S = 0.04
@@ -52,8 +63,12 @@ SENSED = np.dtype(
 
 
 def new_sensed(
-    senses: Senses, receiver: Receiver, home: GeoPoint, field_ned_gauss: tuple[float, float, float],
-    normals: FloatArray, noise: bool,
+    senses: Senses,
+    receiver: Receiver,
+    home: GeoPoint,
+    field_ned_gauss: tuple[float, float, float],
+    normals: FloatArray,
+    noise: bool,
 ) -> np.ndarray:
     """One SENSED at power-on; ten `normals` set the IMU's biases, the baro's drift and the fix's wander."""
     sensed = np.zeros(1, SENSED)
@@ -77,7 +92,9 @@ def new_sensed(
 
 
 @kernel
-def measure_imu(sensed: np.record, slot: int, force: FloatArray, rate: FloatArray, normals: FloatArray) -> None:
+def measure_imu(
+    sensed: np.record, slot: int, force: FloatArray, rate: FloatArray, normals: FloatArray
+) -> None:
     """Put the sample whose true means are `force` and `rate` into `slot`, and let the biases walk."""
     for i in range(3):
         sensed.imu[slot, i] = force[i] + sensed.imu_bias[i] + sensed.imu_white[0] * normals[i]
@@ -105,7 +122,11 @@ def measure_mag(sensed: np.record, q_ned_frd: FloatArray, normals: FloatArray) -
 
 @kernel
 def measure_fix(
-    sensed: np.record, frame: int, position_ned_m: FloatArray, velocity_ned_mps: FloatArray, normals: FloatArray,
+    sensed: np.record,
+    frame: int,
+    position_ned_m: FloatArray,
+    velocity_ned_mps: FloatArray,
+    normals: FloatArray,
     received: bool,
 ) -> None:
     """Take a fix at this frame; without reception the error still wanders."""
