@@ -106,7 +106,9 @@ def _numbers(text: str, counts: tuple[int, ...], form: str) -> list[float]:
 def _home(text: str) -> tuple[GeoPoint, float]:
     lat_deg, lon_deg, alt_amsl_m, heading_deg = _numbers(text, (4,), "lat,lon,alt_amsl_m,heading_deg")
     if abs(lat_deg) > 89.0 or abs(lon_deg) > 180.0:
-        raise argparse.ArgumentTypeError(f"{text!r}: latitude is within ±89 and longitude within ±180 degrees")
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: latitude is within ±89 and longitude within ±180 degrees"
+        )
     return GeoPoint(lat_deg, lon_deg, alt_amsl_m), math.radians(heading_deg)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, auto
+from typing import Protocol
 
 from sitl.signals import Estimate, FloatArray, GeoPoint, Setpoint
 
@@ -121,14 +122,24 @@ class Home:
     q_ned_frd: FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Condition:
-    """What the commander sees of its vehicle."""
+class Condition(Protocol):
+    """What the commander sees of its vehicle now. Each look costs something: it looks when it must."""
 
-    time_us: int
-    estimate: Estimate
-    origin: GeoPoint | None
-    on_ground: bool
+    @property
+    def time_us(self) -> int:
+        """Since the start."""
+
+    @property
+    def estimate(self) -> Estimate:
+        """What the vehicle believes."""
+
+    @property
+    def origin(self) -> GeoPoint | None:
+        """Where the estimate's frame is anchored, once that is known."""
+
+    @property
+    def on_ground(self) -> bool:
+        """The land detector's verdict."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

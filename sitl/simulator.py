@@ -1,4 +1,4 @@
-"""The simulator: a vehicle, its commander and its MAVLink links on one simulated clock. No socket, no clock."""
+"""The simulator: a vehicle, its commander and its links on one simulated clock. No socket, no wall clock."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from sitl.link.parameters import ParameterTable, TableState
 from sitl.link.px4 import Px4Link, Px4LinkState
 from sitl.link.report import Report
 from sitl.link.streams import GCS_RATES_HZ, OFFBOARD_RATES_HZ
-from sitl.orders import Condition, Notice, Order, Verdict
-from sitl.signals import Setpoint, TruthState
+from sitl.orders import FlightStatus, Notice, Order, Verdict
+from sitl.signals import FloatArray, Setpoint, TruthState
 from sitl.vehicle import FRAME_US, Vehicle, VehicleConfig, VehicleState
 
 __all__ = ["Event", "Simulator", "SimulatorConfig", "SimulatorState", "Step"]
@@ -140,24 +140,29 @@ class _Craft:
         self.vehicle = Vehicle(replace(config.vehicle, params=params))
         self.commander = Commander(self.parameters, config.loss_scale)
         self.events: list[Event] = []
-        self._synchronize()
+        self.time_us = self.vehicle.time_us
+        self._armed, self._mode = self.commander.armed, self.commander.mode
 
     def advance(self) -> None:
         """Live for a frame."""
-        demand = self.commander.command(self._condition)
-        self.vehicle.advance(self.time_us + FRAME_US, demand)
-        self._look()
+        until_us = self.time_us + FRAME_US
+        self.vehicle.advance(until_us, self.commander.command(self.vehicle))
+        self.time_us = until_us
         self._watch()
 
     def obey(self, order: Order) -> Verdict:
         """Carry out the order, or not."""
-        verdict = self.commander.obey(order, self._condition)
+        verdict = self.commander.obey(order, self.vehicle)
         self._watch()
         return verdict
 
     def steer(self, setpoint: Setpoint) -> None:
         """Take an OFFBOARD setpoint."""
-        self.commander.steer(setpoint, self._condition)
+        self.commander.steer(setpoint, self.vehicle)
+
+    def attitude(self) -> FloatArray:
+        """The attitude `q_ned_frd`, as estimated."""
+        return self.vehicle.estimate.q_ned_frd
 
     def set_parameter(self, name: str, value: float) -> None:
         """Change a parameter of the vehicle, its commander, or both."""
@@ -166,9 +171,10 @@ class _Craft:
 
     def report(self) -> Report:
         """All that there is to tell now."""
-        condition = self._condition
-        flight = self.commander.status(condition)
-        return Report(condition.time_us, condition.estimate, condition.origin, self.vehicle, flight)
+        return Report(self.time_us, self.vehicle.estimate, self.vehicle, self._flight_status)
+
+    def _flight_status(self) -> FlightStatus:
+        return self.commander.status(self.vehicle)
 
     def take_notices(self) -> tuple[Notice, ...]:
         """What the commander has to tell since the last call."""
@@ -183,16 +189,8 @@ class _Craft:
         self.parameters.restore(state.parameters)
         self.vehicle.params = self.parameters.vehicle_params
         self.events = []
-        self._synchronize()
-
-    def _synchronize(self) -> None:
-        self._look()
+        self.time_us = self.vehicle.time_us
         self._armed, self._mode = self.commander.armed, self.commander.mode
-
-    def _look(self) -> None:
-        vehicle = self.vehicle
-        self.time_us = vehicle.time_us
-        self._condition = Condition(self.time_us, vehicle.estimate, vehicle.origin, vehicle.on_ground)
 
     def _watch(self) -> None:
         armed, mode = self.commander.armed, self.commander.mode

@@ -10,10 +10,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from sitl.autopilot.arming import home_of, idle_limit_us, is_ready
 from sitl.autopilot.course import Course, begin_course
 from sitl.autopilot.glide import start_glide
-from sitl.autopilot.modes import MODES, Briefing, Waypoint, climbs
-from sitl.geo import geodetic_of_ned, ned_of_geodetic
+from sitl.autopilot.modes import MODES, Briefing, climbs, repositioned
+from sitl.autopilot.offboard import commands_every_axis, is_streamed, mode_after_loss
 from sitl.orders import (
     Arm,
     Condition,
@@ -30,7 +31,7 @@ from sitl.orders import (
     TakeOff,
     Verdict,
 )
-from sitl.signals import Demand, GeoPoint, Setpoint, vector
+from sitl.signals import Demand, Setpoint, vector
 
 __all__ = ["Commander", "CommanderState"]
 
@@ -38,15 +39,6 @@ _NAN3 = (math.nan, math.nan, math.nan)
 _NOTHING = Setpoint(vector(_NAN3), vector(_NAN3), vector(_NAN3), math.nan, math.nan)
 _DISARMED = Demand(armed=False, idle=True, setpoint=_NOTHING)
 _IDLE = Demand(armed=True, idle=True, setpoint=_NOTHING)
-
-_LOSS_SEEN_US = 60_000
-"""PX4 notices lost setpoints this much after COM_OF_LOSS_T: 1.05 s was seen, and 0.95 Hz still held."""
-_PREFLIGHT_EXTRA_US = 1_500_000
-"""Auto-disarm without take-off was seen 11.5 s after arming, with COM_DISARM_PRFLT = 10 s."""
-_RC_LOSS_MODES = {1: Mode.HOLD, 2: Mode.RETURN, 3: Mode.LAND}
-"""NAV_RCL_ACT: what follows where there is no radio control."""
-_OFFBOARD_LOSS_MODES = {3: Mode.RETURN, 4: Mode.LAND, 5: Mode.HOLD}
-"""COM_OBL_RC_ACT. Its other values are modes for a pilot with sticks: without them NAV_RCL_ACT decides."""
 
 
 @dataclass(slots=True)
@@ -57,7 +49,7 @@ class CommanderState:
     armed: bool = False
     armed_at_us: int = 0
     flown: bool = False
-    landed_at_us: int | None = None
+    standing_since_us: int | None = None
     mode: Mode = Mode.HOLD
     failsafe: Mode | None = None
     """What is done instead of `mode` while setpoints are missing."""
@@ -122,7 +114,7 @@ class Commander:
         state.steered_at_us = condition.time_us
         if state.conduct is not Mode.OFFBOARD:
             return
-        if _commands_every_axis(setpoint):
+        if commands_every_axis(setpoint):
             state.steering = setpoint
         elif state.steering is not None:
             state.steering = state.course = None
@@ -132,13 +124,13 @@ class Commander:
         state = self._state
         dt_s = 1e-6 * (condition.time_us - state.time_us)
         state.time_us = condition.time_us
-        self._watch_home(condition)
+        if state.home is None:
+            state.home = home_of(condition) if is_ready(condition) else None
+        if state.armed:
+            self._watch_ground(condition)
         if not state.armed:
             return _DISARMED
-        self._watch_ground(condition)
         self._watch_stream(condition)
-        if not state.armed:
-            return _DISARMED
         if not self._may_fly(condition):
             state.course = None
             return _IDLE
@@ -159,7 +151,7 @@ class Commander:
             armed=state.armed,
             mode=state.conduct,
             landed=landed,
-            ready=_ready(condition),
+            ready=is_ready(condition),
             failsafe=state.failsafe is not None,
             home=state.home,
             setpoint=state.setpoint,
@@ -185,17 +177,17 @@ class Commander:
         if not force:
             refusal = self._refusal(condition)
             if refusal:
-                self._notify(Severity.CRITICAL, f"Arming denied: {refusal}")
+                self._notify(condition, Severity.CRITICAL, f"Arming denied: {refusal}")
                 return Verdict.NOT_NOW
         state.armed, state.armed_at_us = True, condition.time_us
-        state.flown, state.landed_at_us, state.failsafe = False, None, None
+        state.flown, state.standing_since_us, state.failsafe = False, None, None
         state.course = None
-        state.home = _home(condition) or state.home
-        self._notify(Severity.INFO, "Armed by external command")
+        state.home = home_of(condition) or state.home
+        self._notify(condition, Severity.INFO, "Armed by external command")
         return Verdict.ACCEPTED
 
     def _refusal(self, condition: Condition) -> str | None:
-        if not _ready(condition):
+        if not is_ready(condition):
             return "Resolve system health failures first"
         if not MODES[self._state.mode].arms:
             return "Mode not suitable for takeoff"
@@ -207,24 +199,26 @@ class Commander:
         if not self._state.armed:
             return Verdict.ACCEPTED
         if not (condition.on_ground or force):
-            self._notify(Severity.CRITICAL, "Disarming denied: not landed")
+            self._notify(condition, Severity.CRITICAL, "Disarming denied: not landed")
             return Verdict.NOT_NOW
-        self._stand_down("Disarmed by external command")
+        self._stand_down(condition, "Disarmed by external command")
         return Verdict.ACCEPTED
 
-    def _stand_down(self, text: str) -> None:
+    def _stand_down(self, condition: Condition, text: str) -> None:
         state = self._state
         state.armed, state.failsafe, state.steering, state.course = False, None, None, None
         state.setpoint = _NOTHING
         state.mode = MODES[state.mode].after_disarm or state.mode
-        self._notify(Severity.INFO, text)
+        self._notify(condition, Severity.INFO, text)
 
     def _switch(self, mode: Mode, condition: Condition) -> Verdict:
         state = self._state
         lost = state.armed and mode is Mode.OFFBOARD and not self._streamed(condition)
         if lost or (MODES[mode].needs_home and state.home is None):
             self._notify(
-                Severity.CRITICAL, f"Switching to mode '{mode.name.capitalize()}' is currently not available"
+                condition,
+                Severity.CRITICAL,
+                f"Switching to mode '{mode.name.capitalize()}' is currently not available",
             )
             return Verdict.NOT_NOW
         if state.conduct is not mode or mode is Mode.TAKEOFF:
@@ -240,60 +234,38 @@ class Commander:
         if not self._may_fly(condition):
             return Verdict.ACCEPTED
         course = self._begin(condition)
-        here = course.route[-1]
-        north_m, east_m, _ = ned_of_geodetic(
-            _triple(origin), (order.lat_deg, order.lon_deg, origin.alt_amsl_m)
-        )
-        down_m = origin.alt_amsl_m - order.alt_amsl_m
-        goal = Waypoint(
-            place_m=complex(north_m, east_m) if math.isfinite(north_m + east_m) else here.place_m,
-            down_m=down_m if math.isfinite(down_m) else here.down_m,
-            yaw_ned_rad=order.yaw_ned_rad,
-            speed_mps=order.speed_mps,
-        )
-        state.course = replace(course, route=(goal,))
+        state.course = replace(course, route=(repositioned(order, origin, course.route[-1]),))
         return Verdict.ACCEPTED
 
     def _streamed(self, condition: Condition) -> bool:
-        """Whether setpoints still come, as far as anybody can tell."""
-        at_us, limit_s = self._state.steered_at_us, self.parameters["COM_OF_LOSS_T"] * self._loss_scale
-        return at_us is not None and condition.time_us - at_us <= 1e6 * limit_s + _LOSS_SEEN_US
-
-    def _watch_home(self, condition: Condition) -> None:
-        if self._state.home is None and _ready(condition):
-            self._state.home = _home(condition)
+        limit_s = self.parameters["COM_OF_LOSS_T"] * self._loss_scale
+        return is_streamed(self._state.steered_at_us, condition.time_us, limit_s)
 
     def _watch_ground(self, condition: Condition) -> None:
         """Disarm who does not take off, and who has landed."""
         state, now_us = self._state, condition.time_us
         if not condition.on_ground:
-            state.flown, state.landed_at_us = True, None
+            state.flown, state.standing_since_us = True, None
             return
-        if not state.flown:
-            since_us, limit_s, extra_us = (
-                state.armed_at_us,
-                self.parameters["COM_DISARM_PRFLT"],
-                _PREFLIGHT_EXTRA_US,
-            )
-        else:
-            since_us = state.landed_at_us = now_us if state.landed_at_us is None else state.landed_at_us
-            limit_s, extra_us = self.parameters["COM_DISARM_LAND"], 0
-        if limit_s > 0 and now_us - since_us >= 1e6 * limit_s + extra_us:
-            self._stand_down("Disarmed by landing" if state.flown else "Disarmed by auto preflight disarming")
+        if state.standing_since_us is None:
+            state.standing_since_us = now_us
+        limit_us = idle_limit_us(self.parameters, flown=state.flown)
+        if limit_us is not None and now_us - state.standing_since_us >= limit_us:
+            by = "landing" if state.flown else "auto preflight disarming"
+            self._stand_down(condition, f"Disarmed by {by}")
 
     def _watch_stream(self, condition: Condition) -> None:
         """Enter the failsafe when setpoints stay away, leave it when they come back."""
         state = self._state
         if state.mode is not Mode.OFFBOARD:
             return
-        if self._streamed(condition):
-            if state.failsafe is not None:
-                state.failsafe, state.steering, state.course = None, None, None
-        elif state.failsafe is None:
-            by_rc = _RC_LOSS_MODES.get(int(self.parameters["NAV_RCL_ACT"]), Mode.RETURN)
-            state.failsafe = _OFFBOARD_LOSS_MODES.get(int(self.parameters["COM_OBL_RC_ACT"]), by_rc)
-            state.steering = state.course = None
-            self._notify(Severity.CRITICAL, "Failsafe activated")
+        alive = self._streamed(condition)
+        if alive is (state.failsafe is None):
+            return
+        state.failsafe = None if alive else mode_after_loss(self.parameters)
+        state.steering = state.course = None
+        if not alive:
+            self._notify(condition, Severity.CRITICAL, "Failsafe activated")
 
     def _may_fly(self, condition: Condition) -> bool:
         """Whether the motors may do more than idle."""
@@ -329,42 +301,5 @@ class Commander:
         state.course = course
         return course
 
-    def _notify(self, severity: Severity, text: str) -> None:
-        self._state.notices = (*self._state.notices, Notice(self._state.time_us, severity, text))
-
-
-def _ready(condition: Condition) -> bool:
-    estimate = condition.estimate
-    return (
-        estimate.attitude_ok
-        and estimate.position_ok
-        and estimate.velocity_ok
-        and estimate.height_ok
-        and condition.origin is not None
-    )
-
-
-def _home(condition: Condition) -> Home | None:
-    if condition.origin is None:
-        return None
-    estimate = condition.estimate
-    north_m, east_m, down_m = estimate.position_ned_m.tolist()
-    point = GeoPoint(*geodetic_of_ned(_triple(condition.origin), (north_m, east_m, down_m)))
-    return Home(point, estimate.position_ned_m, estimate.q_ned_frd)
-
-
-def _triple(point: GeoPoint) -> tuple[float, float, float]:
-    return point.lat_deg, point.lon_deg, point.alt_amsl_m
-
-
-def _commands_every_axis(setpoint: Setpoint) -> bool:
-    """Whether each axis has a position, speed or acceleration, north and east in pairs, as PX4 demands."""
-    kinds = (setpoint.position_ned_m, setpoint.velocity_ned_mps, setpoint.acceleration_ned_mps2)
-    horizontal = vertical = False
-    for kind in kinds:
-        north, east, down = map(math.isfinite, kind.tolist())
-        if north != east:
-            return False
-        horizontal |= north
-        vertical |= down
-    return horizontal and vertical
+    def _notify(self, condition: Condition, severity: Severity, text: str) -> None:
+        self._state.notices = (*self._state.notices, Notice(condition.time_us, severity, text))

@@ -12,9 +12,11 @@ from dataclasses import dataclass
 
 from sitl.autopilot.glide import Glide, stopping_point
 from sitl.autopilot.homecoming import return_height_m
-from sitl.orders import Condition, Home, Mode
+from sitl.geo import ned_of_geodetic
+from sitl.orders import Condition, Home, Mode, Reposition
+from sitl.signals import GeoPoint
 
-__all__ = ["MODES", "Briefing", "ModeRow", "Route", "Waypoint", "climbs"]
+__all__ = ["MODES", "Briefing", "ModeRow", "Route", "Waypoint", "climbs", "repositioned"]
 
 _LEAST_CLIMB_M = 0.1
 
@@ -66,6 +68,19 @@ def climbs(condition: Condition, alt_amsl_m: float) -> bool:
         return True
     here_m = float(condition.estimate.position_ned_m[2])
     return condition.origin.alt_amsl_m - alt_amsl_m < here_m - _LEAST_CLIMB_M
+
+
+def repositioned(order: Reposition, origin: GeoPoint, here: Waypoint) -> Waypoint:
+    """Where the order sends a vehicle that would otherwise hold `here`."""
+    anchor = origin.lat_deg, origin.lon_deg, origin.alt_amsl_m
+    north_m, east_m, _ = ned_of_geodetic(anchor, (order.lat_deg, order.lon_deg, origin.alt_amsl_m))
+    down_m = origin.alt_amsl_m - order.alt_amsl_m
+    return Waypoint(
+        place_m=complex(north_m, east_m) if math.isfinite(north_m + east_m) else here.place_m,
+        down_m=down_m if math.isfinite(down_m) else here.down_m,
+        yaw_ned_rad=order.yaw_ned_rad,
+        speed_mps=order.speed_mps,
+    )
 
 
 def _stop_here(briefing: Briefing) -> Route:

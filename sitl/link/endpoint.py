@@ -7,7 +7,7 @@ import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
 
-__all__ = ["GCS_PORTS", "OFFBOARD_PORTS", "PortTakenError", "datagrams", "UdpLink", "px4_links", "run"]
+__all__ = ["GCS_PORTS", "OFFBOARD_PORTS", "PortTakenError", "UdpLink", "datagrams", "px4_links", "run"]
 
 OFFBOARD_PORTS = (14580, 14540)
 """Where PX4 SITL listens and where it sends, each plus the instance."""

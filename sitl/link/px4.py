@@ -24,7 +24,7 @@ from sitl.link.setpoints import setpoint_of
 from sitl.link.streams import Schedule, Streams
 from sitl.link.telemetry import TELEMETRY, Builder
 from sitl.orders import Notice, Order, Severity, SwitchMode, Verdict
-from sitl.signals import Setpoint
+from sitl.signals import FloatArray, Setpoint
 
 __all__ = ["Helm", "Px4Link", "Px4LinkState"]
 
@@ -75,6 +75,9 @@ class Helm(Protocol):
 
     def steer(self, setpoint: Setpoint) -> None:
         """Take an OFFBOARD setpoint."""
+
+    def attitude(self) -> FloatArray:
+        """The attitude `q_ned_frd`, as estimated."""
 
     def report(self) -> Report:
         """All that there is to tell now."""
@@ -196,7 +199,7 @@ class Px4Link:
     def _on_setpoint(self, received: Received, helm: Helm, _now_us: int) -> list[Message]:
         message = received.message
         if message.target_system in (self._codec.system, 0) and message.target_component in (_OURS, _ANY):
-            setpoint = setpoint_of(message, helm.report().estimate.q_ned_frd)
+            setpoint = setpoint_of(message, helm.attitude)
             if setpoint is not None:
                 helm.steer(setpoint)
         return []
@@ -283,7 +286,8 @@ def _switch_mode(base_mode: int, code: tuple[int, int], helm: Helm) -> int:
 
 
 def _byte(value: float) -> int:
-    return _number(value) & 0xFF
+    """A parameter as PX4 casts it; one that is left out counts as zero."""
+    return int(value) & 0xFF if math.isfinite(value) else 0
 
 
 def _number(value: float) -> int:

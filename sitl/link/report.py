@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -37,6 +38,10 @@ class Instruments(Protocol):
     """What can be read off the vehicle."""
 
     @property
+    def origin(self) -> GeoPoint | None:
+        """The estimator's anchor, if any."""
+
+    @property
     def imu(self) -> ImuSample:
         """The latest sample."""
 
@@ -67,13 +72,22 @@ class Instruments(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Report:
-    """What estimator, instruments and commander say. It is read at once: the instruments do not stand still."""
+    """What estimator, instruments and commander say. Read it at once: instruments do not stand still."""
 
     time_us: int
     estimate: Estimate
-    origin: GeoPoint | None
     instruments: Instruments
-    flight: FlightStatus
+    ask_commander: Callable[[], FlightStatus]
+
+    @property
+    def flight(self) -> FlightStatus:
+        """What the commander says."""
+        return self.ask_commander()
+
+    @property
+    def origin(self) -> GeoPoint | None:
+        """Where the estimate's frame is anchored, once that is known."""
+        return self.instruments.origin
 
     @property
     def time_ms(self) -> int:
@@ -83,11 +97,12 @@ class Report:
     @property
     def place(self) -> tuple[float, float, float] | None:
         """Latitude and longitude in degrees and height above sea level, as estimated."""
-        if self.origin is None:
+        origin = self.origin
+        if origin is None:
             return None
         north_m, east_m, down_m = self.estimate.position_ned_m.tolist()
-        origin = self.origin.lat_deg, self.origin.lon_deg, self.origin.alt_amsl_m
-        place: tuple[float, float, float] = geodetic_of_ned(origin, (north_m, east_m, down_m))
+        anchor = origin.lat_deg, origin.lon_deg, origin.alt_amsl_m
+        place: tuple[float, float, float] = geodetic_of_ned(anchor, (north_m, east_m, down_m))
         return place
 
     @property

@@ -6,6 +6,7 @@ Source: PX4 v1.17, mavlink_receiver.cpp, handle_message_set_position_target_loca
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from sitl.link.messages import Message
 from sitl.link.report import euler_rad
@@ -19,8 +20,8 @@ _FORCE_BIT = 1 << 9
 _NAN3 = (math.nan, math.nan, math.nan)
 
 
-def setpoint_of(message: Message, q_ned_frd: FloatArray) -> Setpoint | None:
-    """What the message commands of a vehicle with this attitude; None when PX4 refuses it.
+def setpoint_of(message: Message, attitude: Callable[[], FloatArray]) -> Setpoint | None:
+    """What the message commands of a vehicle whose q_ned_frd is `attitude()`; None when PX4 refuses it.
 
     Refused are other frames than LOCAL_NED and BODY_NED, a force, and whatever has no finite position, speed
     or acceleration. In BODY_NED a position is ignored, and a vector with one ignored axis is ignored whole.
@@ -35,7 +36,7 @@ def setpoint_of(message: Message, q_ned_frd: FloatArray) -> Setpoint | None:
         acceleration = _masked(acceleration, mask >> 6)
     elif message.coordinate_frame == _BODY_NED:
         position = _NAN3
-        yaw_ned_rad = euler_rad(q_ned_frd)[2]
+        yaw_ned_rad = euler_rad(attitude())[2]
         velocity = _NAN3 if mask & _VELOCITY_BITS else _turned(_masked(velocity, 0), yaw_ned_rad)
         acceleration = _NAN3 if mask & _ACCELERATION_BITS else _turned(_masked(acceleration, 0), yaw_ned_rad)
     else:

@@ -91,9 +91,10 @@ def _odometry(report: Report) -> Message | None:
 
 
 def _position_target(report: Report) -> Message | None:
-    if not report.flight.armed:
+    flight = report.flight
+    if not flight.armed:
         return None
-    setpoint = report.flight.setpoint
+    setpoint = flight.setpoint
     return _POSITION_TARGET_LOCAL_NED(
         report.time_ms,
         *setpoint.position_ned_m.tolist(),

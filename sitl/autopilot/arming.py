@@ -1,0 +1,45 @@
+"""When the motors may start and when they are stopped, and where home is then."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from sitl.geo import geodetic_of_ned
+from sitl.orders import Condition, Home
+from sitl.signals import GeoPoint
+
+__all__ = ["home_of", "idle_limit_us", "is_ready"]
+
+_PREFLIGHT_EXTRA_US = 1_500_000
+"""Auto-disarm without take-off was seen 11.5 s after arming, with COM_DISARM_PRFLT = 10 s."""
+
+
+def is_ready(condition: Condition) -> bool:
+    """Whether the vehicle knows enough of itself to fly."""
+    estimate = condition.estimate
+    return (
+        estimate.attitude_ok
+        and estimate.position_ok
+        and estimate.velocity_ok
+        and estimate.height_ok
+        and condition.origin is not None
+    )
+
+
+def home_of(condition: Condition) -> Home | None:
+    """The place where the vehicle is now, if it knows it."""
+    origin, estimate = condition.origin, condition.estimate
+    if origin is None:
+        return None
+    north_m, east_m, down_m = estimate.position_ned_m.tolist()
+    anchor = origin.lat_deg, origin.lon_deg, origin.alt_amsl_m
+    point = GeoPoint(*geodetic_of_ned(anchor, (north_m, east_m, down_m)))
+    return Home(point, estimate.position_ned_m, estimate.q_ned_frd)
+
+
+def idle_limit_us(parameters: Mapping[str, float], *, flown: bool) -> float | None:
+    """How long an armed vehicle may stand: before its flight, and after it. None: as long as it likes."""
+    limit_s = parameters["COM_DISARM_LAND" if flown else "COM_DISARM_PRFLT"]
+    if limit_s <= 0.0:
+        return None
+    return 1e6 * limit_s + (0 if flown else _PREFLIGHT_EXTRA_US)

@@ -1,0 +1,42 @@
+"""The rules of OFFBOARD: which setpoints can be flown, and what follows when they stay away."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from sitl.orders import Mode
+from sitl.signals import Setpoint
+
+__all__ = ["commands_every_axis", "is_streamed", "mode_after_loss"]
+
+_LOSS_SEEN_US = 60_000
+"""PX4 notices lost setpoints this much after COM_OF_LOSS_T: 1.05 s was seen, and 0.95 Hz still held."""
+_RC_LOSS_MODES = {1: Mode.HOLD, 2: Mode.RETURN, 3: Mode.LAND}
+"""NAV_RCL_ACT: what follows where there is no radio control."""
+_OFFBOARD_LOSS_MODES = {3: Mode.RETURN, 4: Mode.LAND, 5: Mode.HOLD}
+"""COM_OBL_RC_ACT. Its other values are modes for a pilot with sticks: without them NAV_RCL_ACT decides."""
+
+
+def is_streamed(last_us: int | None, now_us: int, limit_s: float) -> bool:
+    """Whether setpoints still come, as far as anybody can tell."""
+    return last_us is not None and now_us - last_us <= 1e6 * limit_s + _LOSS_SEEN_US
+
+
+def mode_after_loss(parameters: Mapping[str, float]) -> Mode:
+    """What a vehicle without radio control does when its setpoints stay away."""
+    by_rc = _RC_LOSS_MODES.get(int(parameters["NAV_RCL_ACT"]), Mode.RETURN)
+    return _OFFBOARD_LOSS_MODES.get(int(parameters["COM_OBL_RC_ACT"]), by_rc)
+
+
+def commands_every_axis(setpoint: Setpoint) -> bool:
+    """Whether each axis has a position, speed or acceleration, north and east in pairs, as PX4 demands."""
+    kinds = (setpoint.position_ned_m, setpoint.velocity_ned_mps, setpoint.acceleration_ned_mps2)
+    horizontal = vertical = False
+    for kind in kinds:
+        north, east, down = map(math.isfinite, kind.tolist())
+        if north != east:
+            return False
+        horizontal |= north
+        vertical |= down
+    return horizontal and vertical
