@@ -16,7 +16,7 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray, locked
 from mavspiral.flight.messages import Target, Triple
-from mavspiral.frames import RigidMap, enu_to_ned, wrap_rad, yaw_enu_to_ned
+from mavspiral.frames import RigidMap, wrap_rad, yaw_enu_to_ned
 from mavspiral.motion.trajectory import Trajectory
 
 __all__ = ["Extremes", "Reference"]

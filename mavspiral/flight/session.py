@@ -100,7 +100,7 @@ class Session:
         return Step(send, min(self._schedule.due_us, self._heartbeats.due_us), events)
 
     def stop(self) -> None:
-        """The user wants to stop: hold in the air; asked again, fly home. On the ground it is over at once."""
+        """The user wants to stop: hold in the air; asked again, fly home. On the ground it is over."""
         if self.outcome is not None:
             return
         if self._row.modes is None:
@@ -112,6 +112,11 @@ class Session:
             self._enter(State.HOLD)
         elif self.state is State.HOLD:
             self._give_up("stopped by the user; flying home", State.RETURN)
+
+    def link_broke(self, reason: str) -> None:
+        """The link is gone for good, says whoever drives us."""
+        if self.outcome is None:
+            self._conclude(reason, LinkError.exit_code)
 
     @property
     def trajectory(self) -> Trajectory | None:
@@ -226,7 +231,10 @@ class Session:
             while self.outcome is None and self._row.done(s):
                 self._enter(self._row.then)
         except MavspiralError as refusal:
-            self._conclude(str(refusal), refusal.exit_code)
+            if self._row.modes is None:
+                self._conclude(str(refusal), refusal.exit_code)
+            else:
+                self._give_up(f"{refusal}; landing", State.LAND)
         if self.outcome is None and s.elapsed_s > self._row.within_s:
             self._too_late(self._row)
         ask = self._row.ask
