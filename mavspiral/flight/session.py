@@ -33,6 +33,7 @@ _ORIGIN_AGAIN_US = 5_000_000
 _FRESH_US = 300_000  # older telemetry does not tell where the vehicle is: path time stands
 _LONGEST_ADVANCE_S = 0.1
 _STALL_S = 0.3
+_NO_PACE = (math.nan, math.nan)
 _WARNING = 4  # MAV_SEVERITY
 
 
@@ -135,7 +136,7 @@ class Session:
 
     @property
     def garbage_n(self) -> int:
-        """How often something came that is not MAVLink."""
+        """How many bytes came that are not MAVLink."""
         return self._s.link.garbage_n
 
     @property
@@ -298,9 +299,8 @@ class Session:
             )
             if (gap_s := self._schedule.sent(s.now_us)) > _STALL_S:
                 s.tell("warning", f"no setpoint went out for {gap_s:.2f} s")
-        rate = s.follower.pace.rate if s.follower and target else math.nan
-        pace = (self.path_t_s, rate)
-        self._recorder.row(s.now_us, vehicle_us, self._leg, pace, target, s.vehicle)
+        pace = (self.path_t_s, s.follower.pace.rate) if s.follower and target else _NO_PACE
+        self._recorder.row(s.now_us, vehicle_us, self._leg if target else NO_LEG, pace, target, s.vehicle)
 
     def _target(self, vehicle_us: float) -> Target | None:
         s, follower = self._s, self._s.follower

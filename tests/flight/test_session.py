@@ -217,8 +217,10 @@ def test_a_third_of_the_packets_lost_doubled_and_overtaken(px4, seed):
     assert session.outcome.ok, session.outcome
     log = session.log()
     on = log.on_leg("inspection")
-    error = np.linalg.norm(log.reference_position_enu_m[on] - log.estimate_position_enu_m[on], axis=1)
-    assert error.max() < 0.5
+    truth = dict(px4.track)
+    wanted = ned_of_plan(log.reference_position_enu_m[on])
+    error = np.linalg.norm(wanted - [truth[t] for t in log.t_us[on]], axis=1)
+    assert error.max() < 0.3
 
 
 def test_a_lost_link_is_told_and_ends_the_stream(px4):
@@ -365,7 +367,7 @@ def test_a_stall_of_ours_makes_no_burst_and_no_leap(px4):
     px4.step(end_us + 700_000, [])
     sent = parsed(session.step(end_us + 700_000, b"".join(px4.step(end_us + 700_000, []))).send)
     assert [m.get_type() for m in sent].count("SET_POSITION_TARGET_LOCAL_NED") == 1
-    assert session.path_t_s - before_s <= 0.1 + 1e-9
+    assert session.path_t_s - before_s <= 0.101
     assert session.figures.worst_gap_s == pytest.approx(0.7, abs=0.03)
     assert "no setpoint went out for 0.7" in texts(session)
 
@@ -375,7 +377,7 @@ def test_the_same_flight_twice_is_equal_to_the_bit(px4):
     for _ in range(2):
         tap = []
         session = make_session(
-            route=lambda home: make_trajectory(home, 40.0), tap=lambda t, f: tap.append((t, f))
+            route=lambda home: make_trajectory(home, 40.0), tap=lambda *packet, tap=tap: tap.append(packet)
         )
         fly(session, type(px4)(VEHICLE_ORIGIN, (3, 4, 5)))
         taps.append(tap)
