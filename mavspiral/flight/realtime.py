@@ -81,18 +81,16 @@ def drive(
     """
     received = b""
     with _interrupts(session.stop):
-        while True:
+        while session.outcome is None:
             step = session.step(now_us(), received)
             try:
-                if step.send:
-                    transport.send(step.send)
+                transport.send(step.send)
+                if on_step is not None:
+                    on_step(session, step)
                 received = transport.receive(max(0.0, (step.next_due_us - now_us()) * 1e-6))
             except LinkError as error:
                 session.link_broke(str(error))
-            if on_step is not None:
-                on_step(session, step)
-            if session.outcome is not None:
-                return session.outcome
+    return session.outcome
 
 
 @contextlib.contextmanager
