@@ -164,23 +164,26 @@ def _ask_arm(s: Situation) -> bytes:
 
 
 def _at_height(s: Situation) -> bool:
-    to_climb_m = _height_to_climb_m(s)
-    still = math.hypot(*s.vehicle.velocity_ned_mps) < _HOVER_MPS
-    return abs(to_climb_m) < s.profile.takeoff_within_m and still
-
-
-def _height_to_climb_m(s: Situation) -> float:
     assert s.reference is not None
-    return s.vehicle.position_ned_m[2] - s.reference.at(0.0).position_ned_m[2]
+    here, first = s.vehicle.position_ned_m, s.reference.at(0.0).position_ned_m
+    if (
+        math.hypot(*s.vehicle.velocity_ned_mps) > _HOVER_MPS
+        or abs(here[2] - first[2]) > s.profile.takeoff_within_m
+    ):
+        return False
+    if (off_m := math.dist(here, first)) > s.config.join_max_m:
+        raise LimitError(f"it hovers {off_m:.1f} m from the first point, more than {s.config.join_max_m:g} m")
+    return True
 
 
 def _ask_takeoff(s: Situation) -> bytes:
-    if s.vehicle.flying:
+    if s.vehicle.flying or s.vehicle.mode == s.profile.climb[0].custom_mode:
         return b""
-    assert s.trajectory is not None
+    assert s.trajectory is not None and s.reference is not None
     first_enu_m = s.trajectory(0.0).position_enu_m
     alt_amsl_m = s.frame.geo_point(first_enu_m).alt_amsl_m
-    return s.link.command(Command.NAV_TAKEOFF, *s.profile.takeoff_params(alt_amsl_m, _height_to_climb_m(s)))
+    climb_m = s.vehicle.position_ned_m[2] - s.reference.at(0.0).position_ned_m[2]
+    return s.link.command(Command.NAV_TAKEOFF, *s.profile.takeoff_params(alt_amsl_m, climb_m))
 
 
 def _prepare_join(s: Situation) -> None:

@@ -61,9 +61,6 @@ class FlightLog:
     truth_velocity_enu_mps: FloatArray | None = None
     truth_yaw_enu_rad: FloatArray | None = None
 
-    def __len__(self) -> int:
-        return len(self.t_us)
-
     def on_leg(self, name: str) -> NDArray[np.bool_]:
         """Which rows were flown on the leg `name`."""
         return np.asarray(self.leg == self.legs.index(name))

@@ -73,7 +73,6 @@ class Result(IntEnum):
     UNSUPPORTED = 3
     FAILED = 4
     IN_PROGRESS = 5
-    CANCELLED = 6
 
 
 class SystemStatus(IntEnum):

@@ -42,7 +42,6 @@ class SessionConfig:
         governor: when path time slows down; its reserve also bounds how far the origin may move.
         battery_min_pct: below it the vehicle is not armed.
         join_max_m: farther than this from the first point after take-off, it lands instead of joining.
-        nobody_after_s: without a heartbeat to begin with, nobody is there.
         lost_after_s: a silence after which the link is lost and the setpoints end.
         dry_run: do everything but arm.
     """
@@ -51,7 +50,6 @@ class SessionConfig:
     governor: GovernorLimits = field(default_factory=GovernorLimits)
     battery_min_pct: float = 30.0
     join_max_m: float = 5.0
-    nobody_after_s: float = 10.0
     lost_after_s: float = 5.0
     dry_run: bool = False
 

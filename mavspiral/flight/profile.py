@@ -12,7 +12,7 @@ __all__ = ["Mode", "Profile"]
 
 @dataclass(frozen=True, slots=True)
 class Mode:
-    """A flight mode: `custom_mode` as its HEARTBEAT shows it, `command` as DO_SET_MODE wants params 1 to 3."""
+    """A flight mode: `custom_mode` as HEARTBEAT shows it, `command` as DO_SET_MODE wants params 1 to 3."""
 
     name: str
     custom_mode: int

@@ -1,8 +1,8 @@
 """PX4, as v1.17 was seen to behave.
 
-Its DO_SET_MODE is answered by two ACKs, of which only the second is the commander's: the HEARTBEAT alone tells.
-NAV_TAKEOFF wants a height above mean sea level and NaN for "here". Without setpoints for COM_OF_LOSS_T it does
-what COM_OBL_RC_ACT says, and takes up OFFBOARD again by itself when they come back.
+DO_SET_MODE is answered by two ACKs, of which only the second is the commander's: the HEARTBEAT alone tells.
+NAV_TAKEOFF wants a height above mean sea level, and NaN for "here". Without setpoints for COM_OF_LOSS_T it
+does what COM_OBL_RC_ACT says, and takes up OFFBOARD again by itself when they come back.
 """
 
 from __future__ import annotations

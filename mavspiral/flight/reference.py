@@ -16,7 +16,7 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray, locked
 from mavspiral.flight.messages import Target, Triple
-from mavspiral.frames import RigidMap, enu_to_ned, wrap_rad, yaw_enu_to_ned
+from mavspiral.frames import RigidMap, wrap_rad, yaw_enu_to_ned
 from mavspiral.motion.trajectory import Trajectory
 
 __all__ = ["Extremes", "Reference"]
@@ -72,8 +72,8 @@ class Reference:
         assign(self, "accelerations", locked(accelerations, shape=(len(values), 4), name="accelerations"))
         ends = np.stack([self.values, self.rates * knot_s, self.accelerations * knot_s**2])  # (3, n, 4)
         both = np.concatenate([ends[:, :-1], ends[:, 1:]])  # (6, n-1, 4)
-        flat = np.einsum("cd,dna->nac", _HERMITE, both).reshape(-1, 24)
-        assign(self, "_coefficients", locked(flat, shape=(len(values) - 1, 24), name="coefficients"))
+        powers = np.einsum("cd,dna->nac", _HERMITE, both)
+        assign(self, "_coefficients", locked(powers, shape=(len(values) - 1, 4, 6), name="coefficients"))
 
     @classmethod
     def of(cls, trajectory: Trajectory, to_vehicle: RigidMap) -> Reference:
@@ -113,19 +113,21 @@ class Reference:
         row = min(int(x), last)
         s = x - row
         c = self._coefficients[row].tolist()
+        north, east, down, yaw = (
+            _quintic(s, *c[0]),
+            _quintic(s, *c[1]),
+            _quintic(s, *c[2]),
+            _quintic(s, *c[3]),
+        )
         r1 = rate / self.knot_s
         r2 = r1 * r1
         rr = rate_change_per_s / self.knot_s
-        north, north_v, north_a = _quintic(c, 0, s)
-        east, east_v, east_a = _quintic(c, 6, s)
-        down, down_v, down_a = _quintic(c, 12, s)
-        yaw, yaw_v, _ = _quintic(c, 18, s)
         return Target(
-            (north, east, down),
-            (r1 * north_v, r1 * east_v, r1 * down_v),
-            (r2 * north_a + rr * north_v, r2 * east_a + rr * east_v, r2 * down_a + rr * down_v),
-            (yaw + math.pi) % _TAU - math.pi,
-            r1 * yaw_v,
+            (north[0], east[0], down[0]),
+            (r1 * north[1], r1 * east[1], r1 * down[1]),
+            (r2 * north[2] + rr * north[1], r2 * east[2] + rr * east[1], r2 * down[2] + rr * down[1]),
+            (yaw[0] + math.pi) % _TAU - math.pi,
+            r1 * yaw[1],
         )
 
     def extremes(self) -> Extremes:
@@ -136,9 +138,8 @@ class Reference:
         )
 
 
-def _quintic(c: list[float], i: int, s: float) -> Triple:
-    """Value and two derivatives in s of the quintic with the power coefficients c[i:i+6]."""
-    c0, c1, c2, c3, c4, c5 = c[i : i + 6]
+def _quintic(s: float, c0: float, c1: float, c2: float, c3: float, c4: float, c5: float) -> Triple:
+    """Value and two derivatives in s of the quintic with these power coefficients."""
     return (
         ((((c5 * s + c4) * s + c3) * s + c2) * s + c1) * s + c0,
         (((5 * c5 * s + 4 * c4) * s + 3 * c3) * s + 2 * c2) * s + c1,

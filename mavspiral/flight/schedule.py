@@ -23,7 +23,8 @@ class Schedule:
         self.due_us = 0
         self._period_us = period_us
         self._sent_n = 0
-        self._streamed_us = 0
+        self._gaps_n = 0
+        self._gaps_us = 0
         self._last_us: int | None = None
         self._worst_us = 0
 
@@ -40,10 +41,13 @@ class Schedule:
 
     def sent(self, now_us: int) -> float:
         """Count a setpoint; the gap to the one before in seconds, 0 for the first of a stream."""
-        gap_us = 0 if self._last_us is None else now_us - self._last_us
-        self._last_us = now_us
         self._sent_n += 1
-        self._streamed_us += gap_us
+        last_us, self._last_us = self._last_us, now_us
+        if last_us is None:
+            return 0.0
+        gap_us = now_us - last_us
+        self._gaps_n += 1
+        self._gaps_us += gap_us
         self._worst_us = max(self._worst_us, gap_us)
         return gap_us * 1e-6
 
@@ -54,5 +58,5 @@ class Schedule:
     @property
     def figures(self) -> StreamFigures:
         """Count, mean rate and worst gap so far."""
-        rate_hz = (self._sent_n - 1) * 1e6 / self._streamed_us if self._streamed_us else 0.0
+        rate_hz = self._gaps_n * 1e6 / self._gaps_us if self._gaps_us else 0.0
         return StreamFigures(self._sent_n, rate_hz, self._worst_us * 1e-6)

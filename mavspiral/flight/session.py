@@ -33,6 +33,7 @@ _ORIGIN_AGAIN_US = 5_000_000
 _FRESH_US = 300_000  # older telemetry does not tell where the vehicle is: path time stands
 _LONGEST_ADVANCE_S = 0.1
 _STALL_S = 0.3
+_NO_PACE = (math.nan, math.nan)
 _WARNING = 4  # MAV_SEVERITY
 
 
@@ -100,7 +101,7 @@ class Session:
         return Step(send, min(self._schedule.due_us, self._heartbeats.due_us), events)
 
     def stop(self) -> None:
-        """The user wants to stop: hold in the air; asked again, fly home. On the ground it is over at once."""
+        """The user wants to stop: hold in the air; asked again, fly home. On the ground it is over."""
         if self.outcome is not None:
             return
         if self._row.modes is None:
@@ -112,6 +113,11 @@ class Session:
             self._enter(State.HOLD)
         elif self.state is State.HOLD:
             self._give_up("stopped by the user; flying home", State.RETURN)
+
+    def link_broke(self, reason: str) -> None:
+        """The link is gone for good, says whoever drives us."""
+        if self.outcome is None:
+            self._conclude(reason, LinkError.exit_code)
 
     @property
     def trajectory(self) -> Trajectory | None:
@@ -130,7 +136,7 @@ class Session:
 
     @property
     def garbage_n(self) -> int:
-        """How often something came that is not MAVLink."""
+        """How many bytes came that are not MAVLink."""
         return self._s.link.garbage_n
 
     @property
@@ -226,7 +232,10 @@ class Session:
             while self.outcome is None and self._row.done(s):
                 self._enter(self._row.then)
         except MavspiralError as refusal:
-            self._conclude(str(refusal), refusal.exit_code)
+            if self._row.modes is None:
+                self._conclude(str(refusal), refusal.exit_code)
+            else:
+                self._give_up(f"{refusal}; landing", State.LAND)
         if self.outcome is None and s.elapsed_s > self._row.within_s:
             self._too_late(self._row)
         ask = self._row.ask
@@ -290,9 +299,8 @@ class Session:
             )
             if (gap_s := self._schedule.sent(s.now_us)) > _STALL_S:
                 s.tell("warning", f"no setpoint went out for {gap_s:.2f} s")
-        rate = s.follower.pace.rate if s.follower and target else math.nan
-        pace = (self.path_t_s, rate)
-        self._recorder.row(s.now_us, vehicle_us, self._leg, pace, target, s.vehicle)
+        pace = (self.path_t_s, s.follower.pace.rate) if s.follower and target else _NO_PACE
+        self._recorder.row(s.now_us, vehicle_us, self._leg if target else NO_LEG, pace, target, s.vehicle)
 
     def _target(self, vehicle_us: float) -> Target | None:
         s, follower = self._s, self._s.follower

@@ -1,4 +1,4 @@
-"""All that is known while a flight goes on: what the rows of the course read, and the few things they settle."""
+"""All that is known while a flight goes on: what the rows of the course read, and what they settle."""
 
 from __future__ import annotations
 

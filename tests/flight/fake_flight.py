@@ -4,6 +4,7 @@ import math
 import random
 
 import numpy as np
+
 from mavspiral.curve.line import LinePath
 from mavspiral.flight.outcome import SessionConfig
 from mavspiral.flight.session import Session
@@ -65,7 +66,7 @@ def line(name, start, end, yaw_enu_rad):
 
 def make_trajectory(home_enu_m, helix_s=70.0):
     helix = Helix()
-    above = np.asarray(home_enu_m) + [0, 0, 20.0]
+    above = np.asarray(home_enu_m) + np.array([0, 0, 20.0])
     begin, end = helix(0.0), helix(helix.u_end_rad)
     return Trajectory(
         (

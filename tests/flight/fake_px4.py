@@ -1,4 +1,4 @@
-"""A scripted PX4: its replies as they were seen on v1.17, a body that is a first-order lag. For the session's tests.
+"""A scripted PX4: its replies as they were seen on v1.17, a body that lags a little.
 
 It is written against pymavlink alone and shares no code with what it tests. `step` takes and gives frames.
 """
@@ -9,7 +9,11 @@ import struct
 import pymap3d
 from pymavlink.dialects.v20 import common as mavlink
 
-OFFBOARD, TAKEOFF, LOITER, LAND, RTL, POSCTL = (6 << 16, *(4 << 16 | sub << 24 for sub in (2, 3, 6, 5)), 3 << 16)
+OFFBOARD, TAKEOFF, LOITER, LAND, RTL, POSCTL = (
+    6 << 16,
+    *(4 << 16 | sub << 24 for sub in (2, 3, 6, 5)),
+    3 << 16,
+)
 AUTOSTART_HZ = {
     "ATTITUDE": 100,
     "LOCAL_POSITION_NED": 30,
@@ -105,8 +109,10 @@ class FakePx4:
                 self.mode = LOITER
         elif self.armed and self.mode in (LAND, RTL):
             velocity = (0.0, 0.0, 1.5)
-        self.velocity = [v + w for v, w in zip(velocity, self.wind_ned_mps, strict=True)] if self.flying() else (
-            [0.0, 0.0, min(0.0, velocity[2])]
+        self.velocity = (
+            [v + w for v, w in zip(velocity, self.wind_ned_mps, strict=True)]
+            if self.flying()
+            else ([0.0, 0.0, min(0.0, velocity[2])])
         )
         self.position = [p + v * dt for p, v in zip(self.position, self.velocity, strict=True)]
         if not self.flying() and velocity[2] >= 0:

@@ -1,0 +1,249 @@
+"""The only socket and the only wall clock: drives a session against the world.
+
+Absolute deadlines and plain sleep: the loop wakes for a packet or for the next deadline, whichever is first.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import importlib
+import re
+import select
+import signal
+import socket
+import time
+from collections.abc import Callable, Iterator
+from types import FrameType
+from typing import Protocol
+
+from mavspiral.errors import InputError, LinkError
+from mavspiral.flight.outcome import Outcome, Step
+from mavspiral.flight.session import Session
+
+__all__ = ["Transport", "drive", "open_transport"]
+
+_READ_N = 65536
+_DATAGRAM_N = 1400
+_DIAL_S = 10.0
+_PEER_SILENT_S = 3.0
+_BAUD = 57600
+_EXAMPLES = (
+    "udpin://0.0.0.0:14540, udpout://192.168.1.2:14580, tcp://127.0.0.1:5760, serial:///dev/ttyACM0:57600"
+)
+_PYMAVLINK = {"udp": "udpin", "udpin": "udpin", "udpout": "udpout", "tcp": "tcp", "tcpout": "tcp"}
+
+
+class Transport(Protocol):
+    """Bytes to and from one vehicle."""
+
+    def send(self, data: bytes) -> None:
+        """Send whole frames."""
+
+    def receive(self, timeout_s: float) -> bytes:
+        """What has come, waiting for it no longer than `timeout_s`; empty if nothing has."""
+
+    def close(self) -> None:
+        """Give up the port."""
+
+
+def open_transport(url: str) -> Transport:
+    """The link at `url`, spelled as MAVSDK or as pymavlink does.
+
+    Raises:
+        InputError: the URL cannot be read, or its port is taken.
+        LinkError: nobody listens at a TCP address, or the serial device is not there.
+    """
+    if serial := re.fullmatch(r"(?:serial(?:_flowcontrol)?://)?((?:/dev/|COM)[^:,]+)(?:[:,](\d+))?", url):
+        return _Serial(serial[1], int(serial[2] or _BAUD))
+    address = re.fullmatch(r"(\w+):(?://)?\[?([^\[\]]*?)\]?:(\d{1,5})", url)
+    kind = _PYMAVLINK.get(address[1]) if address else None
+    if address is None or kind is None or not 0 < int(address[3]) < 65536:
+        raise InputError(f"no link is called {url!r}; write it as one of {_EXAMPLES}")
+    host, port = address[2] or "0.0.0.0", int(address[3])
+    return _Tcp(host, port) if kind == "tcp" else _Udp(host, port, listens=kind == "udpin")
+
+
+def drive(
+    session: Session,
+    transport: Transport,
+    on_step: Callable[[Session, Step], None] | None = None,
+    *,
+    now_us: Callable[[], int] = lambda: time.monotonic_ns() // 1000,
+) -> Outcome:
+    """Fly `session` over `transport` to its end. Ctrl-C asks it to stop; it is never cut off.
+
+    Args:
+        session: what to drive.
+        transport: to the vehicle.
+        on_step: is shown every step; what it does must be quick.
+        now_us: a clock that only goes forward.
+    """
+    received = b""
+    with _interrupts(session.stop):
+        while session.outcome is None:
+            step = session.step(now_us(), received)
+            try:
+                transport.send(step.send)
+                if on_step is not None:
+                    on_step(session, step)
+                received = transport.receive(max(0.0, (step.next_due_us - now_us()) * 1e-6))
+            except LinkError as error:
+                session.link_broke(str(error))
+    return session.outcome
+
+
+@contextlib.contextmanager
+def _interrupts(stop: Callable[[], None]) -> Iterator[None]:
+    """Within, Ctrl-C calls `stop`, where the interpreter lets us (not in a thread)."""
+
+    def interrupted(_signal: int, _frame: FrameType | None) -> None:
+        stop()
+
+    try:
+        before = signal.signal(signal.SIGINT, interrupted)
+    except ValueError:
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+class _Udp:
+    """A datagram socket. A listening one answers whoever speaks first, until that one falls silent."""
+
+    def __init__(self, host: str, port: int, *, listens: bool) -> None:
+        self._listens = listens
+        self._heard_s = 0.0
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        self._peer: tuple[object, ...] | None = None
+        try:
+            if listens:
+                self._socket.bind((host, port))
+            else:
+                self._peer = socket.getaddrinfo(host, port, family, socket.SOCK_DGRAM)[0][4]
+        except OSError as error:
+            self._socket.close()
+            raise _refused(error, host, port) from error
+        self._socket.setblocking(False)
+
+    def send(self, data: bytes) -> None:
+        if self._peer is None:
+            return
+        for datagram in _datagrams(data):
+            with contextlib.suppress(BlockingIOError, ConnectionRefusedError):  # lost, as on the air
+                self._socket.sendto(datagram, self._peer)
+
+    def receive(self, timeout_s: float) -> bytes:
+        select.select([self._socket], [], [], timeout_s)
+        data = bytearray()
+        while True:
+            try:
+                datagram, peer = self._socket.recvfrom(_READ_N)
+            except BlockingIOError:
+                return bytes(data)
+            except ConnectionRefusedError:  # nobody there yet
+                continue
+            if self._is_ours(peer):
+                data += datagram
+
+    def _is_ours(self, peer: tuple[object, ...]) -> bool:
+        now_s = time.monotonic()
+        silent = now_s - self._heard_s > _PEER_SILENT_S
+        if self._listens and peer != self._peer and silent:
+            self._peer = peer
+        if peer != self._peer:
+            return not self._listens
+        self._heard_s = now_s
+        return True
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class _Tcp:
+    """A connection that we open."""
+
+    def __init__(self, host: str, port: int) -> None:
+        try:
+            self._socket = socket.create_connection((host, port), timeout=_DIAL_S)
+        except OSError as error:
+            reason = error.strerror or error
+            raise LinkError(f"nobody listens at tcp://{host}:{port} ({reason}); start the vehicle") from error
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def send(self, data: bytes) -> None:
+        try:
+            self._socket.sendall(data)
+        except OSError as error:
+            raise LinkError(f"the connection broke: {error.strerror or error}") from error
+
+    def receive(self, timeout_s: float) -> bytes:
+        try:
+            if not select.select([self._socket], [], [], timeout_s)[0]:
+                return b""
+            data = self._socket.recv(_READ_N)
+        except OSError as error:
+            raise LinkError(f"the connection broke: {error.strerror or error}") from error
+        if not data:
+            raise LinkError("the vehicle closed the connection")
+        return data
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class _Serial:
+    """A serial device, by pyserial."""
+
+    def __init__(self, device: str, baud: int) -> None:
+        try:
+            serial = importlib.import_module("serial")
+        except ImportError as error:
+            raise InputError(f"{device} needs pyserial: pip install pyserial") from error
+        try:
+            self._port = serial.Serial(device, baud, timeout=0, write_timeout=1)
+        except (OSError, ValueError) as error:
+            raise LinkError(f"{device} cannot be opened: {error}") from error
+
+    def send(self, data: bytes) -> None:
+        try:
+            self._port.write(data)
+        except OSError as error:
+            raise LinkError(f"{self._port.name} broke: {error}") from error
+
+    def receive(self, timeout_s: float) -> bytes:
+        self._port.timeout = timeout_s
+        try:
+            first: bytes = self._port.read(1)
+            return first + self._port.read(self._port.in_waiting) if first else b""
+        except OSError as error:
+            raise LinkError(f"{self._port.name} broke: {error}") from error
+
+    def close(self) -> None:
+        self._port.close()
+
+
+def _refused(error: OSError, host: str, port: int) -> InputError:
+    if error.errno == errno.EADDRINUSE:
+        return InputError(
+            f"UDP port {port} is taken by another program (a ground station, another mavspiral?); "
+            f"close it or give this link another port"
+        )
+    return InputError(f"cannot use {host}:{port}: {error.strerror or error}; is the address right?")
+
+
+def _datagrams(data: bytes) -> Iterator[bytes]:
+    """`data`, which is whole MAVLink 2 frames, in pieces of whole frames that fit a datagram."""
+    begin = end = 0
+    while end < len(data):
+        size = data[end + 1] + 12
+        if end + size - begin > _DATAGRAM_N and end > begin:
+            yield data[begin:end]
+            begin = end
+        end += size
+    if end > begin:
+        yield data[begin:end]

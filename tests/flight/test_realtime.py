@@ -1,0 +1,208 @@
+"""The loop over real sockets, on free ports; time is simulated wherever waiting would prove nothing."""
+
+import contextlib
+import os
+import pty
+import signal
+import socket
+import sys
+import threading
+import time
+
+import pytest
+from fake_flight import make_session, split
+
+from mavspiral.errors import InputError, LinkError
+from mavspiral.flight import realtime
+from mavspiral.flight.outcome import SessionConfig, State
+from mavspiral.flight.realtime import drive, open_transport
+
+
+def free_port(kind=socket.SOCK_DGRAM):
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+@contextlib.contextmanager
+def opened(url):
+    transport = open_transport(url)
+    try:
+        yield transport
+    finally:
+        transport.close()
+
+
+class Radio:
+    """Steps the fake vehicle at the other end of a UDP port, 20 ms of shared simulated time at every step."""
+
+    def __init__(self, px4, port, at_step=None):
+        self.px4, self.now_us, self._port, self._at_step = px4, 1_000_000, port, at_step
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self._socket.bind(("127.0.0.1", 0))
+
+    def __call__(self, session, step):
+        self.now_us += 20_000
+        frames = []
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                frames += split(self._socket.recv(65536))
+        for frame in self.px4.step(self.now_us, frames):
+            self._socket.sendto(frame, ("127.0.0.1", self._port))
+        if self._at_step:
+            self._at_step(session)
+
+
+def test_a_whole_flight_over_udp(px4):
+    port = free_port()
+    session = make_session()
+    radio = Radio(px4, port)
+    with opened(f"udpin://127.0.0.1:{port}") as transport:
+        outcome = drive(session, transport, radio, now_us=lambda: radio.now_us)
+    assert outcome.ok, outcome
+    assert not px4.armed and session.figures.rate_hz == pytest.approx(50, abs=0.1)
+
+
+def test_ctrl_c_holds_and_again_flies_home(px4):
+    port = free_port()
+    presses = []
+
+    def at_step(session):
+        if session.path_t_s > 30 and (not presses or (len(presses) == 1 and radio.now_us > presses[0] + 3e6)):
+            presses.append(radio.now_us)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    session, radio = make_session(), Radio(px4, port, at_step)
+    before = signal.getsignal(signal.SIGINT)
+    with opened(f"udp:127.0.0.1:{port}") as transport:
+        outcome = drive(session, transport, radio, now_us=lambda: radio.now_us)
+    assert outcome.state is State.RETURN and "stopped by the user" in outcome.reason
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_dry_run_in_real_time(px4):
+    """Both ends on the wall clock, the vehicle in a thread of its own, for three seconds."""
+    port = free_port()
+    over = threading.Event()
+
+    def vehicle():
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
+            end.setblocking(False)
+            while not over.wait(0.005):
+                frames = []
+                with contextlib.suppress(BlockingIOError):
+                    while True:
+                        frames += split(end.recv(65536))
+                for frame in px4.step(time.monotonic_ns() // 1000, frames):
+                    end.sendto(frame, ("127.0.0.1", port))
+
+    thread = threading.Thread(target=vehicle)
+    with opened(f"udpin:127.0.0.1:{port}") as transport:
+        thread.start()
+        try:
+            outcome = drive(make_session(SessionConfig(dry_run=True)), transport)
+        finally:
+            over.set()
+            thread.join()
+    assert outcome.ok, outcome
+
+
+def test_nobody_at_the_other_end_is_exit_3():
+    ticks = iter(range(0, 10**9, 100_000))
+    with opened(f"udpout://127.0.0.1:{free_port()}") as transport:
+        outcome = drive(make_session(), transport, now_us=lambda: next(ticks))
+    assert outcome.exit_code == 3 and outcome.state is State.CONNECT
+
+
+def test_a_connection_that_breaks_is_exit_3():
+    server = socket.create_server(("127.0.0.1", 0))
+    with server, opened(f"tcp://127.0.0.1:{server.getsockname()[1]}") as transport:
+        server.accept()[0].close()
+        outcome = drive(make_session(), transport)
+    assert outcome.exit_code == 3 and "connection" in outcome.reason
+
+
+def test_a_listening_port_answers_whoever_spoke_first():
+    port = free_port()
+    with (
+        opened(f"udpin://0.0.0.0:{port}") as transport,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as first,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as second,
+    ):
+        transport.send(b"\xfd" + bytes(11))  # nobody to send to yet: no harm
+        first.sendto(b"one", ("127.0.0.1", port))
+        assert transport.receive(1.0) == b"one"
+        second.sendto(b"two", ("127.0.0.1", port))
+        assert transport.receive(0.2) == b""
+        beat = make_session().step(0, b"").send
+        transport.send(beat)
+        first.settimeout(1.0)
+        assert first.recv(100) == beat
+
+
+def test_datagrams_hold_whole_frames():
+    frame = make_session().step(0, b"").send
+    pieces = list(realtime._datagrams(frame * 200))
+    assert b"".join(pieces) == frame * 200
+    assert all(len(piece) % len(frame) == 0 and len(piece) <= 1400 for piece in pieces)
+    assert len(pieces) == 4
+
+
+@pytest.mark.parametrize(
+    "spelling", ["udpin://127.0.0.1:{}", "udp:127.0.0.1:{}", "udpin:127.0.0.1:{}", "udp://:{}"]
+)
+def test_a_taken_port_is_named_with_a_fix(spelling):
+    port = free_port()
+    with opened(spelling.format(port)), pytest.raises(InputError, match=f"port {port} is taken.*close it"):
+        open_transport(spelling.format(port))
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        "",
+        "14540",
+        "udpin://0.0.0.0",
+        "udpin://0.0.0.0:0",
+        "udpin://0.0.0.0:99999",
+        "http://x:1",
+        "serial://",
+        "udpin:x:y",
+    ],
+)
+def test_what_is_no_link_is_answered_with_examples(url):
+    with pytest.raises(InputError, match=r"udpin://0\.0\.0\.0:14540") as refusal:
+        open_transport(url)
+    assert "\n" not in str(refusal.value) and repr(url) in str(refusal.value)
+
+
+def test_an_unknown_host_is_bad_input():
+    with pytest.raises(InputError, match=r"no-such-host\.invalid"):
+        open_transport("udpout://no-such-host.invalid:14580")
+
+
+def test_nobody_listens_at_a_tcp_address():
+    with pytest.raises(LinkError, match="nobody listens"):
+        open_transport(f"tcp:127.0.0.1:{free_port(socket.SOCK_STREAM)}")
+
+
+@pytest.mark.parametrize(
+    "url", ["serial:///dev/ttyACM0:57600", "/dev/ttyACM0,57600", "/dev/ttyACM0", "COM3,115200"]
+)
+def test_a_serial_link_without_pyserial_names_it(url, monkeypatch):
+    monkeypatch.setitem(sys.modules, "serial", None)
+    with pytest.raises(InputError, match="pip install pyserial"):
+        open_transport(url)
+
+
+@pytest.mark.parametrize(("url", "baud"), [("serial://{}:115200", 115200), ("{},9600", 9600), ("{}", 57600)])
+def test_serial_devices_in_both_spellings(url, baud):
+    pytest.importorskip("serial")
+    ours, theirs = pty.openpty()
+    with opened(url.format(os.ttyname(theirs))) as transport:
+        assert transport._port.baudrate == baud
+        os.write(ours, b"hello")
+        assert transport.receive(1.0) == b"hello"
+    os.close(ours)
+    os.close(theirs)
