@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from mavspiral.closedloop import Flight, simulate
     from mavspiral.errors import InputError, LimitError, LinkError, MavspiralError
     from mavspiral.frames import GeoPoint, LocalFrame
+    from mavspiral.live import LiveFlight, fly
     from mavspiral.mission import Mission, load_mission
     from mavspiral.motion.trajectory import Trajectory, TrajectoryState
     from mavspiral.planner import Inspection, plan
@@ -30,6 +31,7 @@ __all__ = [
     "Inspection",
     "LimitError",
     "LinkError",
+    "LiveFlight",
     "LocalFrame",
     "MavspiralError",
     "Mission",
@@ -37,6 +39,7 @@ __all__ = [
     "Trajectory",
     "TrajectoryState",
     "__version__",
+    "fly",
     "load_mission",
     "plan",
     "simulate",
@@ -50,6 +53,7 @@ _ROOMS = {
     "GeoPoint": "frames",
     "HeightMap": "shape.heightmap",
     "InputError": "errors",
+    "LiveFlight": "live",
     "Inspection": "planner",
     "LimitError": "errors",
     "LinkError": "errors",
@@ -59,6 +63,7 @@ _ROOMS = {
     "Site": "shape.heightmap",
     "Trajectory": "motion.trajectory",
     "TrajectoryState": "motion.trajectory",
+    "fly": "live",
     "load_mission": "mission",
     "plan": "planner",
     "simulate": "closedloop",

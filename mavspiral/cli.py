@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mavspiral.errors import MavspiralError
+from mavspiral.errors import InputError, MavspiralError
 
 if TYPE_CHECKING:
+    from mavspiral.flight.flight_log import Event
     from mavspiral.mission import Mission
 
 __all__ = ["app", "main"]
@@ -89,6 +90,57 @@ def simulate(
         raise typer.Exit(1)
 
 
+@app.command()
+def fly(
+    mission: MissionFile,
+    connect: Annotated[
+        str,
+        typer.Option("--connect", help="The vehicle, as MAVSDK or pymavlink spell it: udpin://0.0.0.0:14540"),
+    ],
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Do everything but arm.")] = False,
+    rate: Annotated[float, typer.Option("--rate", help="Setpoints a second.", min=10.0, max=100.0)] = 50.0,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before flying.")] = False,
+    out: Out = None,
+    as_json: Json = False,
+) -> None:
+    """Stream it to a real vehicle: connect, check, arm, take off, inspect, return, land."""
+    from mavspiral.deliver import write_live
+    from mavspiral.live import fly as fly_live
+    from mavspiral.planner import plan as make_plan
+    from mavspiral.show.rows import live_rows, plan_rows
+
+    brief = _load(mission)
+    inspection = make_plan(brief)
+    if not as_json:
+        _tell(inspection.summary(), as_json, plan_rows(inspection.summary()))
+    if not (yes or dry_run):
+        _ask(brief.name, connect)
+    flight = fly_live(
+        inspection, connect, dry_run=dry_run, rate_hz=rate, on_event=_quiet if as_json else _say
+    )
+    summary = flight.summary()
+    summary["files"] = write_live(flight, _folder(out, brief), summary)
+    _tell(summary, as_json, live_rows(summary))
+    if flight.outcome.exit_code:
+        raise typer.Exit(flight.outcome.exit_code)
+
+
+def _ask(name: str, url: str) -> None:
+    if not sys.stdin.isatty():
+        raise InputError(
+            f"fly {name}: nobody is there to be asked. Fix: --yes, if the vehicle at {url} may take off"
+        )
+    typer.confirm(f"Arm the vehicle at {url} and fly {name}?", abort=True)
+
+
+def _say(event: Event) -> None:
+    print(f"{event.t_us / 1e6:8.1f} s  {event.text}", flush=True)
+
+
+def _quiet(event: Event) -> None:
+    """Says nothing: with --json there is one object on stdout and nothing else."""
+
+
 def _load(path: Path) -> Mission:
     from mavspiral.mission import load_mission
 
@@ -121,7 +173,7 @@ def _tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str
         console.print(f"[red]failed[/] {failure}", soft_wrap=True)
     if "passed" in summary:
         console.print("[green]passed[/]" if summary["passed"] else "[red]failed[/]")
-    files = sorted(summary["files"].values())
+    files = sorted(summary.get("files", {}).values())
     if files:
         console.print(f"[dim]wrote {len(files)} files to {Path(files[0]).parent}[/]", soft_wrap=True)
 

@@ -20,8 +20,9 @@ from mavspiral.show.rows import flight_rows, plan_rows
 
 if TYPE_CHECKING:
     from mavspiral.closedloop import Flight
+    from mavspiral.live import LiveFlight
 
-__all__ = ["write_flight", "write_plan"]
+__all__ = ["write_flight", "write_live", "write_plan"]
 
 
 def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
@@ -102,12 +103,27 @@ def write_flight(flight: Flight, folder: Path, summary: dict[str, Any]) -> dict[
     return names
 
 
+def write_live(flight: LiveFlight, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
+    """The files of a real flight by kind: tlog, npz (when it came off the ground) and json."""
+    name = flight.inspection.mission.name
+    names = {
+        "tlog": str(write_bytes(folder / f"{name}.tlog", flight.tlog)),
+        "fly_json": str(folder / f"{name}.fly.json"),
+    }
+    if flight.log is not None:
+        names["npz"] = str(folder / f"{name}.flight.npz")
+        flight.log.save(Path(names["npz"]))
+    write_json(Path(names["fly_json"]), {**summary, "files": names})
+    return names
+
+
 def _plan_profiles(inspection: Inspection) -> tuple[Profile, ...]:
     states = inspection.trajectory.sampled(0.1)
     figures, clearance = inspection.certificate, inspection.clearance
 
     def norm(vectors: np.ndarray) -> np.ndarray:
-        return np.sqrt((vectors**2).sum(axis=1))
+        lengths: np.ndarray = np.sqrt((vectors**2).sum(axis=1))
+        return lengths
 
     return (
         Profile("speed, m/s", states.t_s, norm(states.velocity_enu_mps), figures["speed"].allowed),

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 MAVSPIRAL = """
 cli
 deliver
-closedloop
+closedloop live
 show planner
 transit
 brief
@@ -99,6 +99,7 @@ def test_sockets_and_wall_clocks_stay_at_the_rim():
     rim = {
         ROOT / "mavspiral/flight/realtime.py",
         ROOT / "mavspiral/closedloop.py",
+        ROOT / "mavspiral/live.py",
         ROOT / "mavspiral/planner.py",
         ROOT / "sitl/link/endpoint.py",
     }

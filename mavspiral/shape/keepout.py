@@ -30,7 +30,8 @@ def with_obstacle(site: Site, ring_enu_m: FloatArray, top_m: float) -> Site:
     if missing_m > 0.0:
         site = site.padded(missing_m + heights.cell_m)
         heights = site.heights
-    inside = cover((ring_enu_m,), *heights.origin_enu_m, heights.cell_m, heights.shape)
+        west, south, _, _ = heights.bounds_enu_m
+    inside = cover((ring_enu_m,), west, south, heights.cell_m, heights.shape)
     higher = inside & (heights.height_agl_m < top_m)
     raised = np.where(higher, top_m, heights.height_agl_m)
     return Site(

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.files import write_with
@@ -97,7 +98,7 @@ def _head(figure: Figure, title: str, flown: FlownPath | None) -> None:
 
 
 def _in_space(
-    axes: Axes, site: Site, states: TrajectoryState, on_spiral: FloatArray, flown: FlownPath | None
+    axes: Axes, site: Site, states: TrajectoryState, on_spiral: NDArray[np.bool_], flown: FlownPath | None
 ) -> None:
     from matplotlib.colors import to_rgba
 
@@ -116,7 +117,7 @@ def _in_space(
 
 
 def _from_above(
-    axes: Axes, site: Site, states: TrajectoryState, on_spiral: FloatArray, flown: FlownPath | None
+    axes: Axes, site: Site, states: TrajectoryState, on_spiral: NDArray[np.bool_], flown: FlownPath | None
 ) -> None:
     heights = site.heights
     west, south, east, north = heights.bounds_enu_m

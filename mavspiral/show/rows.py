@@ -6,7 +6,7 @@ from typing import Any
 
 from mavspiral.mission import Mission
 
-__all__ = ["flight_rows", "plan_rows"]
+__all__ = ["flight_rows", "live_rows", "plan_rows"]
 
 
 def plan_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
@@ -32,17 +32,30 @@ def flight_rows(s: dict[str, Any], mission: Mission) -> list[tuple[str, str, str
     def asked(value: float | None, sign: str, unit: str) -> str:
         return "" if value is None else f"{sign} {value:g} {unit}"
 
-    def metres(value: float | None) -> str:
-        return "not measured" if value is None else f"{value:.3f} m"
-
     return [
         ("flight", f"{s['sim_s']:.1f} s", asked(accept.duration_max_s, "≤", "s")),
         ("real-time factor", f"{s['rtf']:.0f} ×", ""),
-        ("tracking, RMS", metres(s["tracking"]["rms_m"]), ""),
-        ("tracking, 95 %", metres(s["tracking"]["p95_m"]), asked(accept.tracking_p95_m, "≤", "m")),
-        ("tracking, worst", metres(s["tracking"]["max_m"]), asked(accept.tracking_max_m, "≤", "m")),
-        ("estimator, RMS", metres(s["estimator"]["rms_m"]), ""),
-        ("clearance, least", metres(s["clearance_min_m"]), asked(accept.clearance_min_m, "≥", "m")),
+        ("tracking, RMS", _metres(s["tracking"]["rms_m"]), ""),
+        ("tracking, 95 %", _metres(s["tracking"]["p95_m"]), asked(accept.tracking_p95_m, "≤", "m")),
+        ("tracking, worst", _metres(s["tracking"]["max_m"]), asked(accept.tracking_max_m, "≤", "m")),
+        ("estimator, RMS", _metres(s["estimator"]["rms_m"]), ""),
+        ("clearance, least", _metres(s["clearance_min_m"]), asked(accept.clearance_min_m, "≥", "m")),
         ("battery used", f"{s['battery_used_pct']:.0f} %", ""),
         ("setpoints", f"{s['setpoints']['sent']} at {s['setpoints']['rate_hz']:.1f} Hz", ""),
     ]
+
+
+def live_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
+    """Name and value of each figure of a real flight's summary, by the vehicle's own estimate."""
+    return [
+        ("flight", f"{s['duration_s']:.1f} s", ""),
+        ("tracking, 95 %", _metres(s["tracking"]["p95_m"]), ""),
+        ("tracking, worst", _metres(s["tracking"]["max_m"]), ""),
+        ("clearance, least", _metres(s["clearance_min_m"]), ""),
+        ("setpoints", f"{s['setpoints']['sent']} at {s['setpoints']['rate_hz']:.1f} Hz", ""),
+        ("worst gap", f"{s['setpoints']['worst_gap_s']:.3f} s", ""),
+    ]
+
+
+def _metres(value: float | None) -> str:
+    return "not measured" if value is None else f"{value:.3f} m"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.shape.heightmap import HeightMap, Site
@@ -65,7 +66,7 @@ class Scene:
     def _picture(self, position_enu_m: FloatArray) -> FloatArray:
         return np.stack([position_enu_m @ self._right_enu, position_enu_m @ self._up_enu], axis=-1)
 
-    def _visible(self, position_enu_m: FloatArray) -> FloatArray:
+    def _visible(self, position_enu_m: FloatArray) -> NDArray[np.bool_]:
         """Whether nothing of the height map lies between each position and the eye, looked at every half cell."""
         heights = self._site.heights
         highest_m = float(position_enu_m[:, 2].min())

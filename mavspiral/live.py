@@ -1,0 +1,142 @@
+"""The same session that flies in simulation, driven against the world: a socket and the real clock."""
+
+from __future__ import annotations
+
+import io
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mavspiral.arrays import FloatArray
+from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
+from mavspiral.flight.outcome import Outcome, SessionConfig, Step
+from mavspiral.flight.realtime import drive, open_transport
+from mavspiral.flight.schedule import StreamFigures
+from mavspiral.flight.session import Session
+from mavspiral.mission import Mission
+from mavspiral.planner import Inspection, plan
+from mavspiral.survey.solids import Solids
+
+__all__ = ["LiveFlight", "fly"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LiveFlight:
+    """A flight on a vehicle whose truth nobody knows: what was measured is against its own estimate."""
+
+    inspection: Inspection
+    outcome: Outcome
+    events: tuple[Event, ...]
+    log: FlightLog | None
+    tlog: bytes
+    duration_s: float
+    stream: StreamFigures
+    tracking_m: FloatArray
+    clearance_m: FloatArray
+
+    def summary(self) -> dict[str, Any]:
+        """The figures of `fly --json`, named as `simulate` names them; `source` says whose word they are."""
+        return {
+            "name": self.inspection.mission.name,
+            "autopilot": self.inspection.mission.vehicle.autopilot,
+            "via": "stream",
+            "source": "estimate",
+            "duration_s": round(self.duration_s, 2),
+            "tracking": {
+                "rms_m": _rounded(
+                    math.sqrt(float((self.tracking_m**2).mean())) if len(self.tracking_m) else math.nan
+                ),
+                "p95_m": _rounded(
+                    float(np.quantile(self.tracking_m, 0.95)) if len(self.tracking_m) else math.nan
+                ),
+                "max_m": _rounded(float(self.tracking_m.max()) if len(self.tracking_m) else math.nan),
+            },
+            "clearance_min_m": _rounded(float(self.clearance_m.min()) if len(self.clearance_m) else math.nan),
+            "coverage": {"walls": None, "roof": None},
+            "setpoints": {
+                "sent": self.stream.sent_n,
+                "rate_hz": round(self.stream.rate_hz, 2),
+                "worst_gap_s": round(self.stream.worst_gap_s, 3),
+            },
+            "events": [
+                {"t_s": round(e.t_us / 1e6, 3), "severity": e.severity, "text": e.text} for e in self.events
+            ],
+            "passed": self.outcome.ok,
+            "failures": [] if self.outcome.ok else [self.outcome.reason],
+        }
+
+
+def fly(
+    mission: Mission | Inspection,
+    url: str,
+    *,
+    dry_run: bool = False,
+    rate_hz: float = 50.0,
+    on_event: Callable[[Event], None] = lambda event: None,
+) -> LiveFlight:
+    """The mission streamed to the vehicle at `url`, from connecting to disarming. It arms and flies: nobody is asked.
+
+    Raises:
+        InputError: the URL cannot be read, or its port is taken.
+        LimitError: the plan does not keep its own limits.
+        LinkError: nobody listens at a TCP address.
+    """
+    inspection = plan(mission) if isinstance(mission, Mission) else mission
+    transport = open_transport(url)
+    tape = io.BytesIO()
+    begin_us = time.monotonic_ns() // 1000
+    session = Session(
+        inspection.route_from,
+        inspection.site.heights.frame,
+        SessionConfig(dry_run=dry_run, rate_hz=rate_hz),
+        tap=TlogWriter(tape, time.time_ns() // 1000).write,
+    )
+
+    def told(_: Session, step: Step) -> None:
+        for event in step.events:
+            on_event(event)
+
+    try:
+        outcome = drive(
+            session,
+            transport,
+            told,
+            now_us=lambda: time.monotonic_ns() // 1000 - begin_us,
+        )
+    finally:
+        transport.close()
+    duration_s = (time.monotonic_ns() // 1000 - begin_us) / 1e6
+    log = session.log() if session.trajectory is not None else None
+    tracking_m, clearance_m = _measured(inspection, log)
+    return LiveFlight(
+        inspection,
+        outcome,
+        session.events,
+        log,
+        tape.getvalue(),
+        duration_s,
+        session.figures,
+        tracking_m,
+        clearance_m,
+    )
+
+
+def _measured(inspection: Inspection, log: FlightLog | None) -> tuple[FloatArray, FloatArray]:
+    """Distances from the reference on the inspection, and from anything solid on the whole flight, as estimated."""
+    if log is None or not log.t_us.size:
+        return np.empty(0), np.empty(0)
+    heights = inspection.site.heights
+    solids = Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
+    known = np.isfinite(log.estimate_position_enu_m).all(axis=1)
+    away_m = np.sqrt(((log.estimate_position_enu_m - log.reference_position_enu_m) ** 2).sum(axis=1))
+    return away_m[log.on_leg("inspection") & np.isfinite(away_m)], solids.distance_m(
+        log.estimate_position_enu_m[known]
+    )
+
+
+def _rounded(value: float) -> float | None:
+    return round(value, 3) if math.isfinite(value) else None
