@@ -28,11 +28,13 @@ POINT_SPACING_M = 0.6
 class KeyOutlines:
     """Different outlines as spectra `(U, Q/2, 2)`, in phase with each other, and which one every key has.
 
-    `points` is Q. The last keys are all at the last height and end with the outline that belongs to it.
+    `points` is Q, and `walking` (U,) tells which outlines are on their way between two borders. The last keys are all
+    at the last height and end with the outline that belongs to it.
     """
 
     spectra_m: ComplexArray
     of_key: NDArray[np.int64]
+    walking: NDArray[np.bool_]
     points: int
 
 
@@ -64,6 +66,7 @@ def key_outlines(
     reached = target
     spectra = [spectra_of(_from_the_east(target).resampled(points).points_enu_m)]
     of_key: list[int] = []
+    walking = [False]
     walk: Walk | None = None
     while len(of_key) < len(heights_m) or reached is not target:
         here = cut_at(heights_m[min(len(of_key), len(heights_m) - 1)])
@@ -72,13 +75,14 @@ def key_outlines(
             target = outline(here) or target
         if reached is not target:
             if walk is None and _farthest_m(reached, target) > step_m:
-                walk = Walk(reached, target, anchor_enu_m)
+                walk = Walk(reached, target, anchor_enu_m, corner_radius_m)
             reached = walk.step(step_m) if walk else target
             if walk and walk.arrived:
                 walk = None
+            walking.append(walk is not None)
             spectra.append(in_phase(spectra_of(reached.resampled(points).points_enu_m), spectra[-1]))
         of_key.append(len(spectra) - 1)
-    return KeyOutlines(np.array(spectra), np.array(of_key), points)
+    return KeyOutlines(np.array(spectra), np.array(of_key), np.array(walking), points)
 
 
 def _from_the_east(outline: Ring) -> Ring:

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from mavspiral.arrays import FloatArray
-from mavspiral.shape.contour import Ring, iso_line
+from mavspiral.shape.contour import Ring, corners_closed, iso_line
 
 __all__ = ["Walk", "signed_distance"]
 
@@ -27,7 +27,7 @@ LEAST_SHARE = 0.02
 class Walk:
     """Outlines on the way from `start` to `target`, around `anchor_enu_m`."""
 
-    def __init__(self, start: Ring, target: Ring, anchor_enu_m: FloatArray) -> None:
+    def __init__(self, start: Ring, target: Ring, anchor_enu_m: FloatArray, corner_radius_m: float) -> None:
         low, high = start.points_enu_m.min(axis=0), start.points_enu_m.max(axis=0)
         self._pitch_m = max(PITCH_M, float((high - low).max()) / 128.0)
         self._origin_enu_m = low - 2.0 * self._pitch_m
@@ -38,6 +38,7 @@ class Walk:
         self._to_m = signed_distance(nodes, target.points_enu_m[::2]).reshape(rows, cols)
         self._to_m = np.maximum(self._to_m, self._from_m)
         self._anchor_enu_m = anchor_enu_m
+        self._corner_radius_m = corner_radius_m
         self._target = target
         self._outline = start
         self._share = 0.0
@@ -60,12 +61,14 @@ class Walk:
         outline = iso_line(
             field.astype(np.float32), self._pitch_m, self._origin_enu_m, anchor_enu_m=self._anchor_enu_m
         )
-        self._outline = outline if outline is not None else self._target
+        self._outline = (
+            corners_closed(outline, self._corner_radius_m) if outline is not None else self._target
+        )
         return self._outline
 
 
 @njit(cache=True)
-def signed_distance(points, polygon):  # type: ignore[no-untyped-def]
+def signed_distance(points: FloatArray, polygon: FloatArray) -> FloatArray:
     """Distance to a dense counter-clockwise polygon, negative inside: to the two edges at the nearest corner."""
     corners = polygon.shape[0]
     out = np.empty(points.shape[0])
@@ -89,7 +92,7 @@ def signed_distance(points, polygon):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _speed(cells, field, gap, pitch):  # type: ignore[no-untyped-def]
+def _speed(cells: FloatArray, field: FloatArray, gap: FloatArray, pitch: float) -> float:
     """The most of gap/|∇field| at points in cells; slopes below a fifth count as a fifth."""
     rows, cols = field.shape
     worst = 0.0

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mavspiral.arrays import FloatArray, locked
 from mavspiral.shape.slicing import Slice, SolidDistance
 
-__all__ = ["Ring", "iso_line", "ring"]
+__all__ = ["Ring", "corners_closed", "iso_line", "ring"]
 
 SPACING_M = 0.4
 """Between the points of an outline while its corners are closed; chords leave a 4 m arc by 5 mm."""
@@ -33,7 +33,9 @@ class Ring:
 
     def __post_init__(self) -> None:
         """Copies, checks and locks the field."""
-        object.__setattr__(self, "points_enu_m", locked(self.points_enu_m, shape=(None, 2), name="points_enu_m"))
+        object.__setattr__(
+            self, "points_enu_m", locked(self.points_enu_m, shape=(None, 2), name="points_enu_m")
+        )
 
     @property
     def length_m(self) -> float:
@@ -46,13 +48,14 @@ class Ring:
         return Ring(_resampled(self.points_enu_m, count))
 
 
-def ring(solid: SolidDistance, cut: Slice, *, anchor_enu_m: FloatArray, corner_radius_m: float) -> Ring | None:
+def ring(
+    solid: SolidDistance, cut: Slice, *, anchor_enu_m: FloatArray, corner_radius_m: float
+) -> Ring | None:
     """The outer border of the slice's component around `anchor_enu_m`; None where the slice does not hold it."""
     border = iso_line(solid.excess_m(cut), solid.cell_m, solid.origin_enu_m, anchor_enu_m=anchor_enu_m)
     if border is None:
         return None
-    points = _corners_closed(border.points_enu_m, corner_radius_m)
-    return Ring(_resampled(points, _count(points, max(SPACING_M, solid.cell_m))))
+    return corners_closed(border, corner_radius_m)
 
 
 def iso_line(
@@ -101,14 +104,15 @@ def _resampled(points: FloatArray, count: int) -> FloatArray:
     return np.stack([np.interp(wanted, lengths, closed[:, axis]) for axis in (0, 1)], axis=-1)
 
 
-def _corners_closed(points: FloatArray, radius_m: float) -> FloatArray:
-    """The outline `points` (M, 2), counter-clockwise, after a ball of `radius_m` rolled around it."""
+def corners_closed(outline: Ring, radius_m: float) -> Ring:
+    """The outline after a ball of `radius_m` rolled around it: nowhere inside of what it was."""
+    points = outline.points_enu_m
     along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
     along /= np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None]
     balls = points + radius_m * np.stack([along[:, 1], -along[:, 0]], axis=-1)
     stuck = _any_closer(balls, points, radius_m - TOUCH_M)
     if not stuck.any() or stuck.all():
-        return points
+        return outline
     start = int(np.argmin(stuck))
     points, balls, stuck = (np.roll(a, -start, axis=0) for a in (points, balls, stuck))
     edges = np.flatnonzero(np.diff(stuck.astype(np.int8), append=np.int8(0)))
@@ -119,7 +123,8 @@ def _corners_closed(points: FloatArray, radius_m: float) -> FloatArray:
         pieces.append(_arc(points[before], points[after], 0.5 * (balls[before] + balls[after])))
         at = last + 1
     pieces.append(points[at:])
-    return np.concatenate(pieces)
+    whole = np.concatenate(pieces)
+    return Ring(_resampled(whole, _count(whole, SPACING_M)))
 
 
 def _arc(start: FloatArray, end: FloatArray, centre: FloatArray) -> FloatArray:
@@ -131,11 +136,11 @@ def _arc(start: FloatArray, end: FloatArray, centre: FloatArray) -> FloatArray:
         return np.empty((0, 2))
     t = np.arange(1, count + 1) / (count + 1)
     arc = (abs(a) + t * (abs(b) - abs(a))) * np.exp(1j * (np.angle(a) - t * turn))
-    return centre + np.stack([arc.real, arc.imag], axis=-1)
+    return np.stack([centre[0] + arc.real, centre[1] + arc.imag], axis=-1)
 
 
 @njit(cache=True)
-def _any_closer(centres, points, distance):  # type: ignore[no-untyped-def]
+def _any_closer(centres: FloatArray, points: FloatArray, distance: float) -> NDArray[np.bool_]:
     """Which of the centres have a point closer than the distance."""
     out = np.zeros(centres.shape[0], dtype=np.bool_)
     limit = distance * distance
@@ -150,7 +155,7 @@ def _any_closer(centres, points, distance):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _onto_zero(points, field):  # type: ignore[no-untyped-def]
+def _onto_zero(points: FloatArray, field: NDArray[np.float32]) -> FloatArray:
     """Points `(M, 2)`, in cells, moved by Newton's steps of at most one cell onto the zero of a bilinear field."""
     out = np.empty_like(points)
     rows, cols = field.shape

@@ -18,7 +18,7 @@ def site_of(heights, cell_m=0.25, origin=(0.0, 0.0)) -> Site:
 
 
 def blocks(*boxes, size=(60.0, 60.0), cell_m=0.25) -> Site:
-    """A site from boxes (west, south, east, north, height); later boxes replace earlier ones, height 0 cuts a hole."""
+    """A site from boxes (west, south, east, north, height); later ones replace earlier ones."""
     heights = np.zeros((round(size[1] / cell_m), round(size[0] / cell_m)))
     for west, south, east, north, height in boxes:
         rows = slice(round(south / cell_m), round(north / cell_m))
