@@ -15,7 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray
 
-__all__ = ["ComplexArray", "FourierCurve", "harmonics_needed", "in_phase", "locked_spectra", "points_of", "spectra_of"]
+__all__ = [
+    "ComplexArray",
+    "FourierCurve",
+    "harmonics_needed",
+    "in_phase",
+    "locked_spectra",
+    "points_of",
+    "spectra_of",
+]
 
 ComplexArray = NDArray[np.complex128]
 
@@ -28,7 +36,9 @@ def locked_spectra(values: ArrayLike, *, ndim: int) -> ComplexArray:
     """
     array = np.array(values, dtype=np.complex128)
     if array.ndim != ndim or array.shape[-1] != 2 or not np.isfinite(array).all():
-        raise ValueError(f"coefficients_m has shape {array.shape}, wanted {ndim} axes, the last of 2, all finite")
+        raise ValueError(
+            f"coefficients_m has shape {array.shape}, wanted {ndim} axes, the last of 2, all finite"
+        )
     array.setflags(write=False)
     return array
 
@@ -65,7 +75,7 @@ def spectra_of(points_enu_m: FloatArray) -> ComplexArray:
     count = points_enu_m.shape[-2]
     spectra = np.fft.rfft(points_enu_m, axis=-2)[..., : count // 2, :] * (2.0 / count)
     spectra[..., 0, :] *= 0.5
-    return spectra
+    return np.asarray(spectra, dtype=np.complex128)
 
 
 def points_of(spectra: ComplexArray, count: int) -> FloatArray:
@@ -89,7 +99,7 @@ def in_phase(spectra: ComplexArray, reference: ComplexArray) -> ComplexArray:
     before, peak, after = correlation[best - 1], correlation[best], correlation[(best + 1) % count]
     bend = before - 2.0 * peak + after
     delta = 2.0 * np.pi / count * (best + (0.5 * (before - after) / bend if bend < 0.0 else 0.0))
-    return spectra * np.exp(1j * delta * np.arange(len(spectra)))[:, None]
+    return np.asarray(spectra * np.exp(1j * delta * np.arange(len(spectra)))[:, None], dtype=np.complex128)
 
 
 def harmonics_needed(spectra: ComplexArray, *, tolerance_m: float, count: int) -> int:
@@ -98,7 +108,7 @@ def harmonics_needed(spectra: ComplexArray, *, tolerance_m: float, count: int) -
     Points are compared at equal phase, so the distance between the curves is never more than the tolerance.
     """
     full = points_of(spectra, count)
-    enough, short = spectra.shape[-2] - 1, 0
+    enough, short = int(spectra.shape[-2]) - 1, 0
     while enough - short > 1:
         harmonics = (enough + short) // 2
         gap = points_of(spectra[..., : harmonics + 1, :], count) - full

@@ -2,9 +2,7 @@
 
 A key outline belongs to a height that the spiral has reached before the outline has any weight. Fields nest: the
 higher, the farther from the solid, so an outline that lags is safe. Where a roof ends, the border of the slice
-jumps from around that roof to around what stands on it. The outline then walks: every point goes straight to
-the nearest point of the new border, one step a key. On that way its distance to the border falls linearly, so
-mixtures of neighbouring outlines keep the stand-off too.
+jumps from around that roof to around what stands on it; the outline then walks there, some steps behind.
 """
 
 from __future__ import annotations
@@ -12,11 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.curve.fourier import ComplexArray, in_phase, points_of, spectra_of
+from mavspiral.curve.fourier import ComplexArray, in_phase, spectra_of
+from mavspiral.curve.walk import Walk, signed_distance
 from mavspiral.shape.contour import Ring, ring
 from mavspiral.shape.slicing import Slice, SolidDistance
 
@@ -30,11 +28,13 @@ POINT_SPACING_M = 0.6
 class KeyOutlines:
     """Different outlines as spectra `(U, Q/2, 2)`, in phase with each other, and which one every key has.
 
-    `points` is Q. The last keys are all at the last height and end with the outline that belongs to it.
+    `points` is Q, and `walking` (U,) tells which outlines are on their way between two borders. The last keys are all
+    at the last height and end with the outline that belongs to it.
     """
 
     spectra_m: ComplexArray
     of_key: NDArray[np.int64]
+    walking: NDArray[np.bool_]
     points: int
 
 
@@ -52,31 +52,37 @@ def key_outlines(
     Above the roof under the anchor, where there is nothing left to go around, the outline stays as it is.
     """
 
+    def cut_at(height_m: float) -> Slice:
+        return solid.slice(float(height_m), standoff_m, corner_radius_m)
+
     def outline(cut: Slice) -> Ring | None:
         return ring(solid, cut, anchor_enu_m=anchor_enu_m, corner_radius_m=corner_radius_m)
 
-    cut = solid.slice(float(heights_m[0]), standoff_m)
+    cut = cut_at(heights_m[0])
     target = outline(cut)
     if target is None:
         raise ValueError(f"nothing stands within {standoff_m} m of the anchor at {heights_m[0]} m")
     points = 1 << int(np.clip(np.ceil(np.log2(target.length_m / POINT_SPACING_M)), 8, 10))
+    reached = target
     spectra = [spectra_of(_from_the_east(target).resampled(points).points_enu_m)]
     of_key: list[int] = []
-    arrived = True
-    key = 0
-    while key < len(heights_m) or not arrived:
-        here = solid.slice(float(heights_m[min(key, len(heights_m) - 1)]), standoff_m)
+    walking = [False]
+    walk: Walk | None = None
+    while len(of_key) < len(heights_m) or reached is not target:
+        here = cut_at(heights_m[min(len(of_key), len(heights_m) - 1)])
         if here != cut:
-            cut, found = here, outline(here)
-            if found is not None:
-                target, arrived = found, False
-        if not arrived:
-            front, arrived = _stepped(points_of(spectra[-1], points), target.points_enu_m, step_m)
-            walked = target if arrived else Ring(front)
-            spectra.append(in_phase(spectra_of(walked.resampled(points).points_enu_m), spectra[-1]))
+            cut = here
+            target = outline(here) or target
+        if reached is not target:
+            if walk is None and _farthest_m(reached, target) > step_m:
+                walk = Walk(reached, target, anchor_enu_m, corner_radius_m)
+            reached = walk.step(step_m) if walk else target
+            if walk and walk.arrived:
+                walk = None
+            walking.append(walk is not None)
+            spectra.append(in_phase(spectra_of(reached.resampled(points).points_enu_m), spectra[-1]))
         of_key.append(len(spectra) - 1)
-        key += 1
-    return KeyOutlines(np.array(spectra), np.array(of_key), points)
+    return KeyOutlines(np.array(spectra), np.array(of_key), np.array(walking), points)
 
 
 def _from_the_east(outline: Ring) -> Ring:
@@ -85,28 +91,7 @@ def _from_the_east(outline: Ring) -> Ring:
     return Ring(np.roll(points, -int(np.argmax(points[:, 0])), axis=0))
 
 
-@njit(cache=True)
-def _stepped(points, target, step):  # type: ignore[no-untyped-def]
-    """Points moved by up to `step` straight to the nearest place of the closed polygon; whether all are there."""
-    out = np.empty_like(points)
-    arrived = True
-    for i in range(points.shape[0]):
-        px, py = points[i, 0], points[i, 1]
-        best, bx, by = np.inf, px, py
-        ax, ay = target[-1, 0], target[-1, 1]
-        for j in range(target.shape[0]):
-            ex, ey = target[j, 0] - ax, target[j, 1] - ay
-            t = min(max(((px - ax) * ex + (py - ay) * ey) / max(ex * ex + ey * ey, 1e-18), 0.0), 1.0)
-            qx, qy = ax + t * ex, ay + t * ey
-            d = (qx - px) ** 2 + (qy - py) ** 2
-            if d < best:
-                best, bx, by = d, qx, qy
-            ax, ay = target[j, 0], target[j, 1]
-        distance = np.sqrt(best)
-        share = 1.0
-        if distance > step:
-            share = step / distance
-            arrived = False
-        out[i, 0] = px + share * (bx - px)
-        out[i, 1] = py + share * (by - py)
-    return out, arrived
+def _farthest_m(outline: Ring, target: Ring) -> float:
+    """How far the farthest point of one ring is from the other, both ways."""
+    a, b = outline.points_enu_m, target.points_enu_m
+    return float(max(np.abs(signed_distance(a, b)).max(), np.abs(signed_distance(b, a)).max()))

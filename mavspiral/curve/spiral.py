@@ -30,6 +30,8 @@ TOLERANCE_M = 0.3
 """The flown curve comes closer than the stand-off by no more than this."""
 FIT_M = 0.1
 """Of the tolerance, what the truncation of the Fourier series may take at every outline."""
+WALK_FIT_M = 0.3
+"""The same for outlines on a walk, which only touch the stand-off where they have arrived."""
 MIXING_M = 0.1
 """Of the tolerance, what mixing outlines that slide along each other may take: it sets the step of a walk."""
 DEGREE = 4
@@ -64,7 +66,7 @@ class SpiralPath:
     @property
     def harmonics(self) -> int:
         """The paper's N."""
-        return self.coefficients_m.shape[1] - 1
+        return int(self.coefficients_m.shape[1]) - 1
 
     def outline(self, key: int) -> FourierCurve:
         """The plan curve of one key."""
@@ -120,7 +122,9 @@ def plan_spiral(
         LimitError: the curve cannot keep the clearance.
     """
     if not 0.0 < clearance_m <= standoff_m:
-        raise InputError(f"clearance_m is {clearance_m}, wanted above 0 and at most standoff_m = {standoff_m}")
+        raise InputError(
+            f"clearance_m is {clearance_m}, wanted above 0 and at most standoff_m = {standoff_m}"
+        )
     if not (rise_m > 0.0 and corner_radius_m >= 0.0 and keys_per_turn >= 4):
         raise InputError(f"{rise_m=}, {corner_radius_m=}, {keys_per_turn=}: wanted > 0, >= 0 and >= 4")
     if top_m < bottom_m:
@@ -167,14 +171,17 @@ def _spiral_at(
         corner_radius_m=corner_radius_m,
         step_m=step_m,
     )
-    harmonics = harmonics_needed(outlines.spectra_m, tolerance_m=FIT_M, count=outlines.points)
-    # The last key that differs from its successor still has weight DEGREE keys later; then comes the level turn.
-    changes = np.flatnonzero(np.diff(outlines.of_key))
+    harmonics = max(
+        harmonics_needed(outlines.spectra_m[chosen], tolerance_m=tolerance_m, count=outlines.points)
+        for chosen, tolerance_m in ((~outlines.walking, FIT_M), (outlines.walking, WALK_FIT_M))
+        if chosen.any()
+    )
+    # The first key with the last outline is alone in having weight from its own phase on; then comes the level turn.
+    of_key = np.pad(outlines.of_key, (0, DEGREE), mode="edge")
+    changes = np.flatnonzero(np.diff(of_key))
     settled_rad = (changes[-1] + 1) * key_rad if changes.size else 0.0
     u_end_rad = max(climb.end_rad, settled_rad) + (2.0 * np.pi if climb.turns else 0.0)
-    return SpiralPath(
-        outlines.spectra_m[:, : harmonics + 1], outlines.of_key, key_rad, climb, u_end_rad
-    )
+    return SpiralPath(outlines.spectra_m[:, : harmonics + 1], of_key, key_rad, climb, u_end_rad)
 
 
 def _nearest(solid: SolidDistance, path: SpiralPath) -> tuple[float, float]:
@@ -203,7 +210,15 @@ BASIS = _basis()
 
 
 @njit(cache=True)
-def _plan(u, order, real, imaginary, of_key, key_rad, basis):  # type: ignore[no-untyped-def]
+def _plan(
+    u: FloatArray,
+    order: int,
+    real: FloatArray,
+    imaginary: FloatArray,
+    of_key: NDArray[np.int64],
+    key_rad: float,
+    basis: FloatArray,
+) -> FloatArray:
     """The `order`-th derivative of Σ b_k(u)·s_k(u) by Leibniz' rule: w_j is C(order, j)·b_k⁽ʲ⁾, and s⁽ᵐ⁾ = Re Σ (in)ᵐ c_n e^{inu}."""
     binomial = np.array([[1, 0, 0, 0], [1, 1, 0, 0], [1, 2, 1, 0], [1, 3, 3, 1]])
     harmonics = real.shape[1]

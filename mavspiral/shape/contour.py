@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray, locked
 from mavspiral.shape.slicing import Slice, SolidDistance
 
-__all__ = ["Ring", "ring"]
+__all__ = ["Ring", "corners_closed", "iso_line", "ring"]
 
 SPACING_M = 0.4
 """Between the points of an outline while its corners are closed; chords leave a 4 m arc by 5 mm."""
@@ -32,7 +33,9 @@ class Ring:
 
     def __post_init__(self) -> None:
         """Copies, checks and locks the field."""
-        object.__setattr__(self, "points_enu_m", locked(self.points_enu_m, shape=(None, 2), name="points_enu_m"))
+        object.__setattr__(
+            self, "points_enu_m", locked(self.points_enu_m, shape=(None, 2), name="points_enu_m")
+        )
 
     @property
     def length_m(self) -> float:
@@ -45,23 +48,38 @@ class Ring:
         return Ring(_resampled(self.points_enu_m, count))
 
 
-def ring(solid: SolidDistance, cut: Slice, *, anchor_enu_m: FloatArray, corner_radius_m: float) -> Ring | None:
+def ring(
+    solid: SolidDistance, cut: Slice, *, anchor_enu_m: FloatArray, corner_radius_m: float
+) -> Ring | None:
     """The outer border of the slice's component around `anchor_enu_m`; None where the slice does not hold it."""
-    mask = solid.inside(cut).astype(np.uint8)
-    contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    anchor = (anchor_enu_m - solid.origin_enu_m) / solid.cell_m
+    border = iso_line(solid.excess_m(cut), solid.cell_m, solid.origin_enu_m, anchor_enu_m=anchor_enu_m)
+    if border is None:
+        return None
+    return corners_closed(border, corner_radius_m)
+
+
+def iso_line(
+    field: NDArray[np.float32], cell_m: float, origin_enu_m: FloatArray, *, anchor_enu_m: FloatArray
+) -> Ring | None:
+    """The outer border of the component of `field <= 0` around the anchor; None where that is not inside.
+
+    `field[r, c]` is the value at `origin_enu_m` + `(c, r)·cell_m`, bilinear in between, and grows outward. The
+    border of the cells (Suzuki and Abe 1985) is moved along the gradient onto the
+    line itself.
+    """
+    contours, _ = cv2.findContours((field <= 0.0).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    anchor = (anchor_enu_m - origin_enu_m) / cell_m
     for contour in contours:
         if cv2.pointPolygonTest(contour, (float(anchor[0]), float(anchor[1])), False) >= 0.0:
             break
     else:
         return None
-    points = solid.onto_border(cut, solid.origin_enu_m + contour[:, 0, :] * solid.cell_m)
-    if _area(points) < 0.0:
-        points = points[::-1]
-    spacing_m = max(SPACING_M, solid.cell_m)
-    points = solid.onto_border(cut, _resampled(points, _count(points, spacing_m)))
-    points = _corners_closed(points, corner_radius_m)
-    return Ring(_resampled(points, _count(points, spacing_m)))
+    cells = _onto_zero(contour[:, 0, :].astype(np.float64), field)
+    if _area(cells) < 0.0:
+        cells = cells[::-1]
+    spacing = max(SPACING_M / cell_m, 1.0)
+    cells = _onto_zero(_resampled(cells, _count(cells, spacing)), field)
+    return Ring(origin_enu_m + cells * cell_m)
 
 
 def _area(points: FloatArray) -> float:
@@ -86,14 +104,15 @@ def _resampled(points: FloatArray, count: int) -> FloatArray:
     return np.stack([np.interp(wanted, lengths, closed[:, axis]) for axis in (0, 1)], axis=-1)
 
 
-def _corners_closed(points: FloatArray, radius_m: float) -> FloatArray:
-    """The outline `points` (M, 2), counter-clockwise, after a ball of `radius_m` rolled around it."""
+def corners_closed(outline: Ring, radius_m: float) -> Ring:
+    """The outline after a ball of `radius_m` rolled around it: nowhere inside of what it was."""
+    points = outline.points_enu_m
     along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
     along /= np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None]
     balls = points + radius_m * np.stack([along[:, 1], -along[:, 0]], axis=-1)
     stuck = _any_closer(balls, points, radius_m - TOUCH_M)
     if not stuck.any() or stuck.all():
-        return points
+        return outline
     start = int(np.argmin(stuck))
     points, balls, stuck = (np.roll(a, -start, axis=0) for a in (points, balls, stuck))
     edges = np.flatnonzero(np.diff(stuck.astype(np.int8), append=np.int8(0)))
@@ -104,7 +123,8 @@ def _corners_closed(points: FloatArray, radius_m: float) -> FloatArray:
         pieces.append(_arc(points[before], points[after], 0.5 * (balls[before] + balls[after])))
         at = last + 1
     pieces.append(points[at:])
-    return np.concatenate(pieces)
+    whole = np.concatenate(pieces)
+    return Ring(_resampled(whole, _count(whole, SPACING_M)))
 
 
 def _arc(start: FloatArray, end: FloatArray, centre: FloatArray) -> FloatArray:
@@ -116,11 +136,11 @@ def _arc(start: FloatArray, end: FloatArray, centre: FloatArray) -> FloatArray:
         return np.empty((0, 2))
     t = np.arange(1, count + 1) / (count + 1)
     arc = (abs(a) + t * (abs(b) - abs(a))) * np.exp(1j * (np.angle(a) - t * turn))
-    return centre + np.stack([arc.real, arc.imag], axis=-1)
+    return np.stack([centre[0] + arc.real, centre[1] + arc.imag], axis=-1)
 
 
 @njit(cache=True)
-def _any_closer(centres, points, distance):  # type: ignore[no-untyped-def]
+def _any_closer(centres: FloatArray, points: FloatArray, distance: float) -> NDArray[np.bool_]:
     """Which of the centres have a point closer than the distance."""
     out = np.zeros(centres.shape[0], dtype=np.bool_)
     limit = distance * distance
@@ -131,4 +151,30 @@ def _any_closer(centres, points, distance):  # type: ignore[no-untyped-def]
             if dx * dx + dy * dy < limit:
                 out[i] = True
                 break
+    return out
+
+
+@njit(cache=True)
+def _onto_zero(points: FloatArray, field: NDArray[np.float32]) -> FloatArray:
+    """Points `(M, 2)`, in cells, moved by Newton's steps of at most one cell onto the zero of a bilinear field."""
+    out = np.empty_like(points)
+    rows, cols = field.shape
+    for i in range(points.shape[0]):
+        x, y = points[i, 0], points[i, 1]
+        for _ in range(4):
+            c = min(max(int(x), 0), cols - 2)
+            r = min(max(int(y), 0), rows - 2)
+            s, t = x - c, y - r
+            sw, se, nw, ne = field[r, c], field[r, c + 1], field[r + 1, c], field[r + 1, c + 1]
+            value = (1.0 - t) * (sw + s * (se - sw)) + t * (nw + s * (ne - nw))
+            gx = (1.0 - t) * (se - sw) + t * (ne - nw)
+            gy = (1.0 - s) * (nw - sw) + s * (ne - se)
+            slope = np.sqrt(gx * gx + gy * gy)
+            if slope == 0.0 or abs(value) < 1e-4 * slope:
+                break
+            step = min(max(-value / slope, -1.0), 1.0)
+            x += step * gx / slope
+            y += step * gy / slope
+        out[i, 0] = x
+        out[i, 1] = y
     return out

@@ -58,34 +58,35 @@ class SolidDistance:
     origin_enu_m: FloatArray
 
     def __call__(self, position_enu_m: ArrayLike) -> FloatArray:
-        """The distance `(…)` of each position `(…, 3)`; exact on the map, too small beyond its edge."""
+        """The distance `(…)` of each position `(…, 3)`: never too much, and too little by a thousandth of a cell or two.
+
+        Beyond the edge of the map it is that of the edge.
+        """
         position = np.asarray(position_enu_m, dtype=np.float64)
         flat = np.ascontiguousarray(position.reshape(-1, 3))
-        distance = _distance(flat, self.levels_m, self.plan_m, self.cell_m, self.origin_enu_m)
+        distance: FloatArray = _distance(flat, self.levels_m, self.plan_m, self.cell_m, self.origin_enu_m)
         return distance.reshape(position.shape[:-1])
 
-    def slice(self, height_m: float, distance_m: float) -> Slice:
-        """What lies within `distance_m` of the solid at `height_m`."""
+    def slice(self, height_m: float, distance_m: float, corner_radius_m: float = 0.0) -> Slice:
+        """What lies within `distance_m` of the solid at `height_m`.
+
+        Just below the height at which a roof drops out, its slice has nearly the roof's own sharp corners; with a
+        `corner_radius_m` it keeps that radius until then, which is farther from the roof than need be.
+        """
         drop = np.maximum(0.0, height_m - self.levels_m)
         near = np.flatnonzero(drop < distance_m)
         # Of the levels at or above the height, the lowest holds all the others.
         reaching = near[drop[near] == 0.0]
         near = near[: near.size - max(0, reaching.size - 1)]
-        radii = np.sqrt(distance_m**2 - drop[near] ** 2)
+        radii = np.maximum(np.sqrt(distance_m**2 - drop[near] ** 2), min(corner_radius_m, distance_m))
         return Slice(tuple(near.tolist()), tuple(radii.tolist()))
 
-    def inside(self, cut: Slice) -> NDArray[np.bool_]:
-        """Which corners of the grid lie in the slice."""
-        mask = np.zeros(self.plan_m.shape[1:], dtype=np.bool_)
+    def excess_m(self, cut: Slice) -> NDArray[np.float32]:
+        """How far outside of the slice, in plan, each corner of the grid is; not above 0 inside."""
+        field = np.full(self.plan_m.shape[1:], np.inf, dtype=np.float32)
         for level, radius in zip(cut.levels, cut.radii_m, strict=True):
-            mask |= self.plan_m[level] <= np.float32(radius)
-        return mask
-
-    def onto_border(self, cut: Slice, points_enu_m: FloatArray) -> FloatArray:
-        """Points `(M, 2)` near the border of a slice, moved along the distance's gradient onto it."""
-        levels = np.array(cut.levels, dtype=np.int64)
-        radii = np.array(cut.radii_m, dtype=np.float64)
-        return _onto_border(points_enu_m, levels, radii, self.plan_m, self.cell_m, self.origin_enu_m)
+            np.minimum(field, self.plan_m[level] - np.float32(radius), out=field)
+        return field
 
 
 def solid_distance(site: Site, *, reach_m: float) -> SolidDistance:
@@ -120,58 +121,32 @@ def solid_distance(site: Site, *, reach_m: float) -> SolidDistance:
 
 
 @njit(cache=True)
-def _at(x, y, field):  # type: ignore[no-untyped-def]
-    """The bilinear value of `field` at column `x` and row `y`, and its slopes along both."""
-    rows, cols = field.shape
-    x = min(max(x, 0.0), cols - 1.0)
-    y = min(max(y, 0.0), rows - 1.0)
-    c = min(int(x), cols - 2)
-    r = min(int(y), rows - 2)
-    s, t = x - c, y - r
-    a, b = float(field[r, c]), float(field[r, c + 1])
-    d, e = float(field[r + 1, c]), float(field[r + 1, c + 1])
-    south, north = a + s * (b - a), d + s * (e - d)
-    return south + t * (north - south), (1.0 - t) * (b - a) + t * (e - d), north - south
+def _distance(
+    position: FloatArray, levels: FloatArray, plan: NDArray[np.float32], cell: float, origin: FloatArray
+) -> FloatArray:
+    """D of the module's first equation at positions `(M, 3)`.
 
-
-@njit(cache=True)
-def _distance(position, levels, plan, cell, origin):  # type: ignore[no-untyped-def]
-    """D of the module's first equation, at positions `(M, 3)`."""
+    Between the corners the E_j are bilinear. Where an E bends most, around a corner of the building, that is too much by
+    cell²/8E at the most, which is taken off.
+    """
     out = np.empty(position.shape[0])
+    rows, cols = plan.shape[1:]
     for i in range(position.shape[0]):
-        x = (position[i, 0] - origin[0]) / cell
-        y = (position[i, 1] - origin[1]) / cell
+        x = min(max((position[i, 0] - origin[0]) / cell, 0.0), cols - 1.0)
+        y = min(max((position[i, 1] - origin[1]) / cell, 0.0), rows - 1.0)
+        c, r = min(int(x), cols - 2), min(int(y), rows - 2)
+        s, t = x - c, y - r
         best = np.inf
         for j in range(levels.size):
             drop = max(0.0, position[i, 2] - levels[j])
             if drop * drop < best:
-                e, _, _ = _at(x, y, plan[j])
+                south = (1.0 - s) * plan[j, r, c] + s * plan[j, r, c + 1]
+                north = (1.0 - s) * plan[j, r + 1, c] + s * plan[j, r + 1, c + 1]
+                e = (1.0 - t) * south + t * north
+                if e > 0.0:
+                    e = max(0.0, e - 0.125 * cell * cell / e)
                 best = min(best, e * e + drop * drop)
             if drop == 0.0:
                 break
         out[i] = np.sqrt(best)
-    return out
-
-
-@njit(cache=True)
-def _onto_border(points, chosen, radii, plan, cell, origin):  # type: ignore[no-untyped-def]
-    """Newton's steps onto min_j(E_j − ρ_j) = 0, each at most one cell long."""
-    out = np.empty_like(points)
-    for i in range(points.shape[0]):
-        x = (points[i, 0] - origin[0]) / cell
-        y = (points[i, 1] - origin[1]) / cell
-        for _ in range(4):
-            excess, gx, gy = np.inf, 0.0, 0.0
-            for k in range(chosen.size):
-                e, ex, ey = _at(x, y, plan[chosen[k]])
-                if e - radii[k] < excess:
-                    excess, gx, gy = e - radii[k], ex, ey
-            slope = np.sqrt(gx * gx + gy * gy)
-            if abs(excess) < 1e-4 * cell or slope < 0.1 * cell:
-                break
-            step = min(max(-excess / slope, -1.0), 1.0)
-            x += step * gx / slope
-            y += step * gy / slope
-        out[i, 0] = origin[0] + x * cell
-        out[i, 1] = origin[1] + y * cell
     return out

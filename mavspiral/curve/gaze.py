@@ -1,0 +1,98 @@
+"""Where the nose points along a path: a smooth, unwrapped yaw.
+
+On a spiral the camera looks along the inward normal of the plan curve, a quarter turn to the left of the way. The curve
+keeps its distance from the nearest wall, so its normal points there; but unlike the direction to the nearest wall it
+never jumps where two walls are equally near. The yaw is averaged along the arc, then a cubic B-spline, C².
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mavspiral.arrays import FloatArray, locked
+from mavspiral.curve.spiral import SpiralPath
+
+__all__ = ["Gaze", "fixed_gaze", "inward_gaze", "turning_gaze"]
+
+SAMPLES_PER_TURN = 256
+
+_PIECES = (
+    np.array([[1.0, -3.0, 3.0, -1.0], [4.0, 0.0, -6.0, 3.0], [1.0, 3.0, 3.0, -3.0], [0.0, 0.0, 0.0, 1.0]])
+    / 6.0
+)
+"""Coefficients `(knot, power)` of the uniform cubic B-spline."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Gaze:
+    """Yaw as a uniform cubic B-spline of the phase: `gaze(u_rad, order)`.
+
+    Knot `i` of `yaw_enu_rad` (M,) lies at phase `(i − 1)·knot_rad`, so M knots serve up to `(M − 3)·knot_rad`.
+    """
+
+    yaw_enu_rad: FloatArray
+    knot_rad: float
+
+    def __post_init__(self) -> None:
+        """Copies, checks and locks the knots."""
+        object.__setattr__(self, "yaw_enu_rad", locked(self.yaw_enu_rad, shape=(None,), name="yaw_enu_rad"))
+        if len(self.yaw_enu_rad) < 4 or not self.knot_rad > 0.0:
+            raise ValueError(f"{len(self.yaw_enu_rad)} knots {self.knot_rad} apart, wanted 4 or more, apart")
+
+    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
+        """The unwrapped yaw `(…)` counter-clockwise from east, or its derivative of `order` up to 2, in rad/radᵒʳᵈᵉʳ."""
+        if order not in (0, 1, 2):
+            raise ValueError(f"order is {order}, wanted 0 to 2")
+        x = np.asarray(u_rad, dtype=np.float64) / self.knot_rad
+        span = np.clip(np.floor(x).astype(np.int64), 0, len(self.yaw_enu_rad) - 4)
+        t = np.clip(x - span, 0.0, 1.0)
+        pieces = np.polynomial.polynomial.polyder(_PIECES, order, axis=1) if order else _PIECES
+        weights = np.polynomial.polynomial.polyval(t, pieces.T)
+        yaw = sum(weights[knot] * self.yaw_enu_rad[span + knot] for knot in range(4))
+        return np.asarray(yaw / self.knot_rad**order)
+
+
+def inward_gaze(path: SpiralPath, *, smoothing_m: float) -> Gaze:
+    """The gaze along the inward normal of a spiral, averaged over about `smoothing_m` of the way.
+
+    The average is a triangle of half width `smoothing_m`. Around a corner of angle α the yaw rate then stays below
+    v·α/smoothing_m and the yaw acceleration below v²·α/smoothing_m².
+    """
+    knot_rad = 2.0 * np.pi / SAMPLES_PER_TURN
+    margin = SAMPLES_PER_TURN
+    knots = int(np.ceil(path.u_end_rad / knot_rad)) + 3
+    u = (np.arange(-margin, knots + margin) - 1) * knot_rad
+    along = path(u, 1)
+    yaw = np.unwrap(np.arctan2(along[:, 1], along[:, 0])) + 0.5 * np.pi
+    speed = np.hypot(along[:, 0], along[:, 1])
+    s = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * knot_rad)])
+    for _ in range(2):
+        yaw = _box_average(s, yaw, smoothing_m)
+    yaw = yaw[margin : margin + knots]
+    return Gaze(yaw - 2.0 * np.pi * np.round((yaw[1] - np.pi) / (2.0 * np.pi)), knot_rad)
+
+
+def fixed_gaze(yaw_enu_rad: float) -> Gaze:
+    """The gaze that stays at one yaw, for a path from 0 to 1."""
+    return Gaze(np.full(4, yaw_enu_rad), 1.0)
+
+
+def turning_gaze(start_enu_rad: float, end_enu_rad: float) -> Gaze:
+    """The gaze that turns from one yaw to another, the way the numbers say, at rest at both ends of a path from 0 to 1."""
+    knots = 16
+    t = np.clip((np.arange(knots + 3) - 2.0) / (knots - 2.0), 0.0, 1.0)
+    turned = t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
+    turned[:3], turned[-3:] = 0.0, 1.0
+    return Gaze(start_enu_rad + (end_enu_rad - start_enu_rad) * turned, 1.0 / knots)
+
+
+def _box_average(s: FloatArray, values: FloatArray, width: float) -> FloatArray:
+    """The mean of `values` over `s ± width/2`, the window cut short at both ends alike."""
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(s))])
+    half = np.minimum(0.5 * width, np.minimum(s - s[0], s[-1] - s))
+    low, high = s - half, s + half
+    mean = np.interp(high, s, integral) - np.interp(low, s, integral)
+    return np.where(half > 1e-9, mean / np.maximum(high - low, 1e-12), values)
