@@ -75,20 +75,23 @@ class Clearance:
 def measure_clearance(
     state: TrajectoryState, site: Site, *, reaction_s: float, braking_mps2: float
 ) -> Clearance:
-    """The clearance of a sampled flight from the building and the obstacles of `site`."""
+    """The clearance of a sampled flight from the building and the obstacles of `site`.
+
+    Each distance is that of the whole straight way to the next sample, so nothing slips between two.
+    """
     building = _solids(site, site.building)
     obstacles = _solids(site, ~site.building)
+    everything = _solids(site, np.ones_like(site.building))
     speed_mps = np.linalg.norm(state.velocity_enu_mps, axis=1, keepdims=True)
     run_on_enu_m = state.velocity_enu_mps * (reaction_s + speed_mps / (2 * braking_mps2))
     place_enu_m = state.position_enu_m
+    onward_enu_m = np.diff(place_enu_m, axis=0, append=place_enu_m[-1:])
     return Clearance(
         t_s=state.t_s,
         position_enu_m=place_enu_m,
-        building_m=building.distance_m(place_enu_m),
-        obstacle_m=obstacles.distance_m(place_enu_m),
-        straight_on_m=np.minimum(
-            building.distance_m(place_enu_m, run_on_enu_m), obstacles.distance_m(place_enu_m, run_on_enu_m)
-        ),
+        building_m=building.distance_m(place_enu_m, onward_enu_m),
+        obstacle_m=obstacles.distance_m(place_enu_m, onward_enu_m),
+        straight_on_m=everything.distance_m(place_enu_m, run_on_enu_m),
     )
 
 

@@ -1,0 +1,118 @@
+"""The verbs as a user meets them: exit codes, one line for each error, whole files or none."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def run(*args, cwd=ROOT, stdin=subprocess.DEVNULL):
+    return subprocess.run(
+        [sys.executable, "-m", "mavspiral.cli", *map(str, args)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        stdin=stdin,
+        timeout=300,
+    )
+
+
+def changed(tmp_path, old, new, mission="kiosk"):
+    text = (ROOT / "missions" / f"{mission}.toml").read_text()
+    assert old in text
+    text = text.replace(old, new).replace("maps/", f"{ROOT}/missions/maps/")
+    path = tmp_path / f"{mission}.toml"
+    path.write_text(text)
+    return path
+
+
+def test_plan_writes_its_files_and_one_json_object(tmp_path):
+    answer = run("plan", "missions/kiosk.toml", "--out", tmp_path / "out", "--json")
+    assert answer.returncode == 0, answer.stderr
+    summary = json.loads(answer.stdout)
+    for kind in ("plan", "waypoints", "csv", "kml", "png", "json"):
+        assert Path(summary["files"][kind]).stat().st_size > 100
+    assert summary["coverage"]["walls"] is None
+    assert summary["speed_max_mps"] <= 5.0
+    assert json.loads(Path(summary["files"]["json"]).read_text())["rings"] == summary["rings"]
+    assert not [path for path in (tmp_path / "out").iterdir() if path.name.startswith(".")]
+
+
+def test_simulate_passes_and_writes_the_flight(tmp_path):
+    answer = run("simulate", "missions/kiosk.toml", "--out", tmp_path, "--json", "--seed", "5")
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+    summary = json.loads(answer.stdout)
+    assert summary["passed"] is True
+    assert summary["failures"] == []
+    for kind in ("tlog", "npz", "flight_png", "html", "simulate_json"):
+        assert Path(summary["files"][kind]).stat().st_size > 100
+
+
+def test_an_accept_that_cannot_be_met_exits_1_and_says_what(tmp_path):
+    path = changed(tmp_path, "tracking_p95_m = 0.3", "tracking_p95_m = 0.001")
+    answer = run("simulate", path, "--out", tmp_path / "out")
+    assert answer.returncode == 1
+    assert "[accept] tracking_p95_m" in answer.stdout
+    assert "wanted at most 0.001" in answer.stdout
+
+
+def test_a_plan_that_fails_its_limits_exits_1_and_writes_nothing(tmp_path):
+    path = changed(tmp_path, "ceiling_m = 60", "ceiling_m = 5")
+    answer = run("plan", path, "--out", tmp_path / "out")
+    assert answer.returncode == 1
+    assert "ceiling_m" in answer.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("standoff_m", "stand_off_m", "did you mean standoff_m?"),
+        ("maps/kiosk.geojson", "maps/nowhere.geojson", "no such map"),
+        ("home = [19.449445, -99.15685]", "home = [19.44967, -99.15685]", "is inside something"),
+        ("home = [19.449445, -99.15685]", "home = [19.449585, -99.15685]", "from the nearest wall"),
+        ('gps = "rtk"', 'airframe = "zeppelin"', "zeppelin"),
+        ('gps = "rtk"', 'autopilot = "ardupilot"', "ardupilot"),
+    ],
+)
+def test_bad_input_exits_2_with_one_line(tmp_path, old, new, words):
+    answer = run("simulate", changed(tmp_path, old, new), "--out", tmp_path / "out")
+    assert answer.returncode == 2, answer.stdout + answer.stderr
+    (line,) = answer.stderr.strip().splitlines()
+    assert words in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_in_the_way_of_the_folder(tmp_path):
+    (tmp_path / "out").write_text("")
+    answer = run("plan", "missions/kiosk.toml", "--out", tmp_path / "out")
+    assert answer.returncode == 2
+    assert "cannot be written" in answer.stderr
+
+
+def test_fly_without_yes_and_without_a_terminal_does_not_fly(tmp_path):
+    answer = run("fly", "missions/kiosk.toml", "--connect", "udpin://127.0.0.1:14999", "--out", tmp_path)
+    assert answer.returncode == 2
+    assert "--yes" in answer.stderr
+
+
+def test_fly_to_nobody_exits_3_and_a_bad_or_taken_link_exits_2(tmp_path):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        answer = run("fly", "missions/kiosk.toml", "--connect", f"udpin://127.0.0.1:{port}", "--yes", "--out", tmp_path)
+        assert answer.returncode == 2
+        assert f"{port} is taken" in answer.stderr
+    answer = run("fly", "missions/kiosk.toml", "--connect", f"udpin://127.0.0.1:{port}", "--yes", "--out", tmp_path)
+    assert answer.returncode == 3
+    assert "heartbeat" in answer.stdout + answer.stderr
+    answer = run("fly", "missions/kiosk.toml", "--connect", "pigeon://roof", "--yes", "--out", tmp_path)
+    assert answer.returncode == 2
+    assert "pigeon" in answer.stderr
