@@ -147,8 +147,8 @@ def plan_spiral(
         ring_m += 1.2 * (required_m - nearest_m) + 0.01
     place = np.array2string(path(at_rad), precision=1)
     raise LimitError(
-        f"the spiral comes within {nearest_m:.2f} m of the building at {place} ENU, wanted {required_m:.2f} m; "
-        "a smaller corner radius or a larger stand-off may help"
+        f"the spiral comes within {nearest_m:.2f} m of the building at {place} ENU, "
+        f"wanted {required_m:.2f} m; a smaller corner radius or a larger stand-off may help"
     )
 
 
@@ -162,11 +162,13 @@ def _spiral_at(
 ) -> SpiralPath:
     """The spiral whose outlines keep `standoff_m`."""
     key_rad = 2.0 * np.pi / keys_per_turn
-    # A quartic B-spline mixes keys with a variance of 5/12 key², so outlines that slide by s along an arc of
-    radius # d leave it by 5/24·s²/d. step_m = np.sqrt(24.0 / 5.0 * MIXING_M * standoff_m) climbing =
-    np.arange(-DEGREE, np.ceil(climb.end_rad / key_rad) + 1) * key_rad outlines = key_outlines(
+    # A quartic B-spline mixes keys with a variance of 5/12 key², so outlines that slide by s from key to key
+    # along an arc of radius d leave it by 5/24·s²/d.
+    step_m = float(np.sqrt(24.0 / 5.0 * MIXING_M * standoff_m))
+    keys_rad = np.arange(-DEGREE, np.ceil(climb.end_rad / key_rad) + 1) * key_rad
+    outlines = key_outlines(
         solid,
-        climb(climbing),
+        climb(keys_rad),
         anchor_enu_m=anchor_enu_m,
         standoff_m=standoff_m,
         corner_radius_m=corner_radius_m,
@@ -177,11 +179,12 @@ def _spiral_at(
         for chosen, tolerance_m in ((~outlines.walking, FIT_M), (outlines.walking, WALK_FIT_M))
         if chosen.any()
     )
-    # The first key with the last outline is alone in having weight from its own phase on; then comes the
-    level turn. of_key = np.pad(outlines.of_key, (0, DEGREE), mode="edge") changes =
-    np.flatnonzero(np.diff(of_key)) settled_rad = (changes[-1] + 1) * key_rad if changes.size else 0.0
-    u_end_rad = max(climb.end_rad, settled_rad) + (2.0 * np.pi if climb.turns else 0.0) return
-    SpiralPath(outlines.spectra_m[:, : harmonics + 1], of_key, key_rad, climb, u_end_rad)
+    # From the phase of the first key with the last outline on, all keys with weight have that outline: settled.
+    of_key = np.pad(outlines.of_key, (0, DEGREE), mode="edge")
+    changes = np.flatnonzero(np.diff(of_key))
+    settled_rad = (changes[-1] + 1) * key_rad if changes.size else 0.0
+    u_end_rad = max(climb.end_rad, settled_rad) + (2.0 * np.pi if climb.turns else 0.0)
+    return SpiralPath(outlines.spectra_m[:, : harmonics + 1], of_key, key_rad, climb, u_end_rad)
 
 
 def _nearest(solid: SolidDistance, path: SpiralPath) -> tuple[float, float]:
