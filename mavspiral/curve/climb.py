@@ -25,7 +25,7 @@ _RAMP = (
 
 @dataclass(frozen=True, slots=True)
 class Climb:
-    """The height of the spiral, C³: level for a full turn, then `turns` turns of equal rise, then level at the top.
+    """The height of the spiral, C³: a level turn, `turns` turns of equal rise, and level again at the top.
 
     The slope grows after the level turn and dies out after the last turn, each over `BLEND_RAD`, so the
     climb takes that much longer than its turns.

@@ -1,9 +1,10 @@
 """Closed curves as Fourier series, the paper's section III.B.
 
-    s(u) = A + Σ A_k cos(ku) + B_k sin(ku),   k = 1 … N,   and with c_k = A_k − i·B_k:   s(u) = Re Σ c_k e^{iku}
+    s(u) = A + Σ A_k cos(ku) + B_k sin(ku),   k = 1 … N,   and with c_k = A_k − i·B_k:   s(u) = Re Σ c_k
+    e^{iku}
 
-A row of `coefficients_m` is `c_k` for east and north; `c_0 = A`. Real axes have conjugate-symmetric spectra, so the
-`N` harmonics of a half spectrum stand for themselves and for their conjugates.
+A row of `coefficients_m` is `c_k` for east and north; `c_0 = A`. Real axes have conjugate-symmetric spectra,
+so the `N` harmonics of a half spectrum stand for themselves and for their conjugates.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ class FourierCurve:
 
 
 def spectra_of(points_enu_m: FloatArray) -> ComplexArray:
-    """The `c_k` `(…, Q/2, 2)` of closed curves `(…, Q, 2)`; Q is even, and its Nyquist wave, half a wave, is left out."""
+    """The `c_k` `(…, Q/2, 2)` of closed curves `(…, Q, 2)`; Q is even, its Nyquist wave is left out."""
     count = points_enu_m.shape[-2]
     spectra = np.fft.rfft(points_enu_m, axis=-2)[..., : count // 2, :] * (2.0 / count)
     spectra[..., 0, :] *= 0.5
@@ -88,8 +89,8 @@ def points_of(spectra: ComplexArray, count: int) -> FloatArray:
 def in_phase(spectra: ComplexArray, reference: ComplexArray) -> ComplexArray:
     """The curve of `spectra` started where it lies closest, in the mean square, to that of `reference`.
 
-    A start later by δ turns `c_k` into `c_k e^{ikδ}`; the best δ maximises Re Σ c_k·conj(r_k) e^{ikδ}, the circular
-    correlation, which the inverse transform gives on a grid, and one parabola between its points.
+    A start later by δ turns `c_k` into `c_k e^{ikδ}`; the best δ maximises Re Σ c_k·conj(r_k) e^{ikδ}, the
+    circular correlation, which the inverse transform gives on a grid, and one parabola between its points.
     """
     cross = np.sum(spectra * np.conj(reference), axis=-1)
     cross[0] = 0.0
@@ -103,9 +104,10 @@ def in_phase(spectra: ComplexArray, reference: ComplexArray) -> ComplexArray:
 
 
 def harmonics_needed(spectra: ComplexArray, *, tolerance_m: float, count: int) -> int:
-    """The smallest N at which every curve of `(K, Q/2, 2)` stays within `tolerance_m` of itself at `count` phases.
+    """The smallest N at which all curves `(K, Q/2, 2)` stay within `tolerance_m` of themselves.
 
-    Points are compared at equal phase, so the distance between the curves is never more than the tolerance.
+    Points are compared at `count` equal phases, so the distance between the curves is no more than the
+    tolerance.
     """
     full = points_of(spectra, count)
     enough, short = int(spectra.shape[-2]) - 1, 0

@@ -1,8 +1,9 @@
 """Where the nose points along a path: a smooth, unwrapped yaw.
 
-On a spiral the camera looks along the inward normal of the plan curve, a quarter turn to the left of the way. The curve
-keeps its distance from the nearest wall, so its normal points there; but unlike the direction to the nearest wall it
-never jumps where two walls are equally near. The yaw is averaged along the arc, then a cubic B-spline, C².
+On a spiral the camera looks along the inward normal of the plan curve, a quarter turn to the left of the way.
+The curve keeps its distance from the nearest wall, so its normal points there; but unlike the direction to
+the nearest wall it never jumps where two walls are equally near. The yaw is averaged along the arc, then a
+cubic B-spline, C².
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ _PIECES = (
 class Gaze:
     """Yaw as a uniform cubic B-spline of the phase: `gaze(u_rad, order)`.
 
-    Knot `i` of `yaw_enu_rad` (M,) lies at phase `(i − 1)·knot_rad`, so M knots serve up to `(M − 3)·knot_rad`.
+    Knot `i` of `yaw_enu_rad` (M,) lies at phase `(i − 1)·knot_rad`, so M knots serve up to `(M −
+    3)·knot_rad`.
     """
 
     yaw_enu_rad: FloatArray
@@ -43,7 +45,7 @@ class Gaze:
             raise ValueError(f"{len(self.yaw_enu_rad)} knots {self.knot_rad} apart, wanted 4 or more, apart")
 
     def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
-        """The unwrapped yaw `(…)` counter-clockwise from east, or its derivative of `order` up to 2, in rad/radᵒʳᵈᵉʳ."""
+        """The unwrapped yaw `(…)` counter-clockwise from east, or its derivative of `order` up to 2."""
         if order not in (0, 1, 2):
             raise ValueError(f"order is {order}, wanted 0 to 2")
         x = np.asarray(u_rad, dtype=np.float64) / self.knot_rad
@@ -58,8 +60,8 @@ class Gaze:
 def inward_gaze(path: SpiralPath, *, smoothing_m: float) -> Gaze:
     """The gaze along the inward normal of a spiral, averaged over about `smoothing_m` of the way.
 
-    The average is a triangle of half width `smoothing_m`. Around a corner of angle α the yaw rate then stays below
-    v·α/smoothing_m and the yaw acceleration below v²·α/smoothing_m².
+    The average is a triangle of half width `smoothing_m`. Around a corner of angle α the yaw rate then stays
+    below v·α/smoothing_m and the yaw acceleration below v²·α/smoothing_m².
     """
     knot_rad = 2.0 * np.pi / SAMPLES_PER_TURN
     margin = SAMPLES_PER_TURN
@@ -81,7 +83,7 @@ def fixed_gaze(yaw_enu_rad: float) -> Gaze:
 
 
 def turning_gaze(start_enu_rad: float, end_enu_rad: float) -> Gaze:
-    """The gaze that turns from one yaw to another, the way the numbers say, at rest at both ends of a path from 0 to 1."""
+    """The gaze that turns from one yaw to another, rest to rest, the way the numbers say, from 0 to 1."""
     knots = 16
     t = np.clip((np.arange(knots + 3) - 2.0) / (knots - 2.0), 0.0, 1.0)
     turned = t**3 * (10.0 - 15.0 * t + 6.0 * t**2)

@@ -1,8 +1,9 @@
 """The outlines of a climb: one for every key, none ahead of its height, none far from the one before.
 
-A key outline belongs to a height that the spiral has reached before the outline has any weight. Fields nest: the
-higher, the farther from the solid, so an outline that lags is safe. Where a roof ends, the border of the slice
-jumps from around that roof to around what stands on it; the outline then walks there, some steps behind.
+A key outline belongs to a height that the spiral has reached before the outline has any weight. Fields nest:
+the higher, the farther from the solid, so an outline that lags is safe. Where a roof ends, the border of the
+slice jumps from around that roof to around what stands on it; the outline then walks there, some steps
+behind.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ POINT_SPACING_M = 0.6
 class KeyOutlines:
     """Different outlines as spectra `(U, Q/2, 2)`, in phase with each other, and which one every key has.
 
-    `points` is Q, and `walking` (U,) tells which outlines are on their way between two borders. The last keys are all
-    at the last height and end with the outline that belongs to it.
+    `points` is Q, and `walking` (U,) tells which outlines are on their way between two borders. The last keys
+    are all at the last height and end with the outline that belongs to it.
     """
 
     spectra_m: ComplexArray
@@ -47,7 +48,7 @@ def key_outlines(
     corner_radius_m: float,
     step_m: float,
 ) -> KeyOutlines:
-    """The outlines at rising `heights_m`, around the anchor, and as many more as the last needs to be reached.
+    """The outlines at rising `heights_m` around the anchor, and as many more as the last one takes.
 
     Above the roof under the anchor, where there is nothing left to go around, the outline stays as it is.
     """

@@ -2,9 +2,9 @@
 
     p(u) = ( Σ_k b(u/Δ − k)·s_k(u),  z(u) )
 
-`s_k` are Fourier series of the outlines at the keys, Δ apart in phase, `b` is the uniform quartic B-spline, and `z`
-the climb. Each factor is C³, so the spiral is. Key k has weight for u from kΔ to (k+5)Δ only, and its outline
-belongs to the height z(kΔ): no outline is ever flown below its own height. The weights are convex.
+`s_k` are Fourier series of the outlines at the keys, Δ apart in phase, `b` is the uniform quartic B-spline,
+and `z` the climb. Each factor is C³, so the spiral is. Key k has weight for u from kΔ to (k+5)Δ only, and its
+outline belongs to the height z(kΔ): no outline is ever flown below its own height. The weights are convex.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.curve.climb import Climb
 from mavspiral.curve.fourier import ComplexArray, FourierCurve, harmonics_needed, locked_spectra
+from mavspiral.curve.mixing import BASIS, DEGREE, mixed_series
 from mavspiral.curve.outlines import key_outlines
 from mavspiral.errors import InputError, LimitError
 from mavspiral.shape.heightmap import Site
@@ -34,7 +34,6 @@ WALK_FIT_M = 0.3
 """The same for outlines on a walk, which only touch the stand-off where they have arrived."""
 MIXING_M = 0.1
 """Of the tolerance, what mixing outlines that slide along each other may take: it sets the step of a walk."""
-DEGREE = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,8 +76,9 @@ class SpiralPath:
         if order not in (0, 1, 2, 3):
             raise ValueError(f"order is {order}, wanted 0 to 3")
         u = np.asarray(u_rad, dtype=np.float64)
-        real, imaginary = self.coefficients_m.real, self.coefficients_m.imag
-        plan = _plan(u.ravel(), order, real, imaginary, self.of_key, self.key_rad, BASIS)
+        c = self.coefficients_m.swapaxes(1, 2)
+        spectra = np.stack([c[:, 0].real, c[:, 0].imag, c[:, 1].real, c[:, 1].imag], axis=1)
+        plan = mixed_series(u.ravel(), order, spectra, self.of_key, self.key_rad, BASIS)
         return np.concatenate([plan.reshape(*u.shape, 2), self.climb(u, order)[..., None]], axis=-1)
 
 
@@ -104,8 +104,9 @@ def plan_spiral(
 ) -> Spiral:
     """The spiral around the main part of the building, from `bottom_m` to `top_m`.
 
-    It climbs in as few turns as keep each at or below `rise_m`. Where the part ends below the rest of the building,
-    the spiral ends as far above the part's roof as `top_m` is above the building's. Neighbours are not looked at.
+    It climbs in as few turns as keep each at or below `rise_m`. Where the part ends below the rest of the
+    building, the spiral ends as far above the part's roof as `top_m` is above the building's. Neighbours are
+    not looked at.
 
     Args:
         site: the building.
@@ -131,6 +132,8 @@ def plan_spiral(
         raise InputError(f"top_m is {top_m}, below bottom_m = {bottom_m}")
     solid = solid_distance(site, reach_m=2.0 * standoff_m + corner_radius_m)
     part = main_part(solid, standoff_m=standoff_m)
+    if bottom_m >= part.top_m + standoff_m:
+        raise InputError(f"bottom_m is {bottom_m}, above everything: the roof is at {part.top_m:.1f} m")
     ends_lower_m = float(solid.levels_m[-1]) - part.top_m
     top_m = max(bottom_m, top_m - ends_lower_m)
     climb = Climb(bottom_m, top_m, int(np.ceil((top_m - bottom_m) / rise_m - 1e-9)))
@@ -144,8 +147,8 @@ def plan_spiral(
         ring_m += 1.2 * (required_m - nearest_m) + 0.01
     place = np.array2string(path(at_rad), precision=1)
     raise LimitError(
-        f"the spiral comes within {nearest_m:.2f} m of the building at {place} ENU, wanted {required_m:.2f} m; "
-        "a smaller corner radius or a larger stand-off may help"
+        f"the spiral comes within {nearest_m:.2f} m of the building at {place} ENU, "
+        f"wanted {required_m:.2f} m; a smaller corner radius or a larger stand-off may help"
     )
 
 
@@ -159,13 +162,13 @@ def _spiral_at(
 ) -> SpiralPath:
     """The spiral whose outlines keep `standoff_m`."""
     key_rad = 2.0 * np.pi / keys_per_turn
-    # A quartic B-spline mixes keys with a variance of 5/12 key², so outlines that slide by s along an arc of radius
-    # d leave it by 5/24·s²/d.
-    step_m = np.sqrt(24.0 / 5.0 * MIXING_M * standoff_m)
-    climbing = np.arange(-DEGREE, np.ceil(climb.end_rad / key_rad) + 1) * key_rad
+    # A quartic B-spline mixes keys with a variance of 5/12 key², so outlines that slide by s from key to key
+    # along an arc of radius d leave it by 5/24·s²/d.
+    step_m = float(np.sqrt(24.0 / 5.0 * MIXING_M * standoff_m))
+    keys_rad = np.arange(-DEGREE, np.ceil(climb.end_rad / key_rad) + 1) * key_rad
     outlines = key_outlines(
         solid,
-        climb(climbing),
+        climb(keys_rad),
         anchor_enu_m=anchor_enu_m,
         standoff_m=standoff_m,
         corner_radius_m=corner_radius_m,
@@ -176,7 +179,7 @@ def _spiral_at(
         for chosen, tolerance_m in ((~outlines.walking, FIT_M), (outlines.walking, WALK_FIT_M))
         if chosen.any()
     )
-    # The first key with the last outline is alone in having weight from its own phase on; then comes the level turn.
+    # From the phase of the first key with the last outline on, all keys with weight have that outline: settled.
     of_key = np.pad(outlines.of_key, (0, DEGREE), mode="edge")
     changes = np.flatnonzero(np.diff(of_key))
     settled_rad = (changes[-1] + 1) * key_rad if changes.size else 0.0
@@ -192,75 +195,3 @@ def _nearest(solid: SolidDistance, path: SpiralPath) -> tuple[float, float]:
     distance = solid(path(u))
     worst = int(np.argmin(distance))
     return float(distance[worst]), float(u[worst])
-
-
-def _basis() -> FloatArray:
-    """Coefficients `(order, key, power)` of a quartic B-spline's five pieces and of their derivatives."""
-    pieces = np.array(
-        [[1, -4, 6, -4, 1], [11, -12, -6, 12, -4], [11, 12, -6, -12, 6], [1, 4, 6, 4, -4], [0, 0, 0, 0, 1]]
-    )
-    basis = np.zeros((4, DEGREE + 1, DEGREE + 1))
-    basis[0] = pieces / 24.0
-    for order in (1, 2, 3):
-        basis[order, :, :-1] = basis[order - 1, :, 1:] * np.arange(1, DEGREE + 1)
-    return basis
-
-
-BASIS = _basis()
-
-
-@njit(cache=True)
-def _plan(
-    u: FloatArray,
-    order: int,
-    real: FloatArray,
-    imaginary: FloatArray,
-    of_key: NDArray[np.int64],
-    key_rad: float,
-    basis: FloatArray,
-) -> FloatArray:
-    """The `order`-th derivative of Σ b_k(u)·s_k(u) by Leibniz' rule: w_j is C(order, j)·b_k⁽ʲ⁾, and s⁽ᵐ⁾ = Re Σ (in)ᵐ c_n e^{inu}."""
-    binomial = np.array([[1, 0, 0, 0], [1, 1, 0, 0], [1, 2, 1, 0], [1, 3, 3, 1]])
-    harmonics = real.shape[1]
-    spans = of_key.size - 4
-    out = np.zeros((u.size, 2))
-    cosine, sine = np.empty(harmonics), np.empty(harmonics)
-    w = np.empty(4)
-    for i in range(u.size):
-        c1, s1 = np.cos(u[i]), np.sin(u[i])
-        cosine[0], sine[0] = 1.0, 0.0
-        for n in range(1, harmonics):
-            cosine[n] = cosine[n - 1] * c1 - sine[n - 1] * s1
-            sine[n] = sine[n - 1] * c1 + cosine[n - 1] * s1
-        span = min(max(int(np.floor(u[i] / key_rad)), 0), spans - 1)
-        t = min(max(u[i] / key_rad - span, 0.0), 1.0)
-        still = True
-        for k in range(1, 5):
-            still = still and of_key[span + k] == of_key[span]
-        x, y = 0.0, 0.0
-        for k in range(1 if still else 5):
-            for j in range(4):
-                b = basis[j, k, 4]
-                for power in range(3, -1, -1):
-                    b = b * t + basis[j, k, power]
-                w[j] = binomial[order, j] * b / key_rad**j
-            if still:
-                w[0], w[1], w[2], w[3] = 1.0, 0.0, 0.0, 0.0
-            a = of_key[span + k]
-            for n in range(harmonics):
-                # Σ_j w_j (in)^(order−j) = even + i·odd
-                if order == 0:
-                    even, odd = w[0], 0.0
-                elif order == 1:
-                    even, odd = w[1], w[0] * n
-                elif order == 2:
-                    even, odd = w[2] - w[0] * n * n, w[1] * n
-                else:
-                    even, odd = w[3] - w[1] * n * n, w[2] * n - w[0] * n * n * n
-                p = even * cosine[n] - odd * sine[n]
-                q = even * sine[n] + odd * cosine[n]
-                x += real[a, n, 0] * p - imaginary[a, n, 0] * q
-                y += real[a, n, 1] * p - imaginary[a, n, 1] * q
-        out[i, 0] = x
-        out[i, 1] = y
-    return out

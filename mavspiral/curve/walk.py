@@ -1,12 +1,13 @@
 """The walk of an outline from one border to another inside it, when that is too far to go at once.
 
-With the signed distances in plan `s_from` and `s_to` to both borders, negative inside, the outlines between are
+With the signed distances in plan `s_from` and `s_to` to both borders, negative inside, the outlines between
+are
 
     (1 − w)·s_from + w·s_to = 0,    w from 0 to 1.
 
-The target lies inside, `s_to ≥ s_from`, so `s_to ≥ 0` along each of them: a walk never comes closer than its target. A
-long roof draws back from its far end; a court opens from its mouth. As w grows by dw, the outline moves by
-dw·(s_to − s_from)/|∇|, which sets the next w.
+The target lies inside, `s_to ≥ s_from`, so `s_to ≥ 0` along each of them: a walk never comes closer than its
+target. A long roof draws back from its far end; a court opens from its mouth. As w grows by dw, the outline
+moves by dw·(s_to − s_from)/|∇|, which sets the next w.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ class Walk:
 
 @njit(cache=True)
 def signed_distance(points: FloatArray, polygon: FloatArray) -> FloatArray:
-    """Distance to a dense counter-clockwise polygon, negative inside: to the two edges at the nearest corner."""
+    """Distance to a dense counter-clockwise polygon, negative inside: to the edges at its nearest corner."""
     corners = polygon.shape[0]
     out = np.empty(points.shape[0])
     for i in range(points.shape[0]):

@@ -1,8 +1,8 @@
 """Rings: the outlines of slices, with concave corners closed.
 
-The border of a slice has a kink wherever two walls meet in a concave corner, and no drone turns on the spot. So a
-ball of the corner's radius rolls along the outside of the outline (the morphological closing, worked on the
-polygon): what it touches stays, and where it cannot get in, it leaves its own arc.
+The border of a slice has a kink wherever two walls meet in a concave corner, and no drone turns on the spot.
+So a ball of the corner's radius rolls along the outside of the outline (the morphological closing, worked on
+the polygon): what it touches stays, and where it cannot get in, it leaves its own arc.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Ring:
 def ring(
     solid: SolidDistance, cut: Slice, *, anchor_enu_m: FloatArray, corner_radius_m: float
 ) -> Ring | None:
-    """The outer border of the slice's component around `anchor_enu_m`; None where the slice does not hold it."""
+    """The outer border of the slice's component around the anchor; None where the slice does not hold it."""
     border = iso_line(solid.excess_m(cut), solid.cell_m, solid.origin_enu_m, anchor_enu_m=anchor_enu_m)
     if border is None:
         return None
@@ -63,9 +63,8 @@ def iso_line(
 ) -> Ring | None:
     """The outer border of the component of `field <= 0` around the anchor; None where that is not inside.
 
-    `field[r, c]` is the value at `origin_enu_m` + `(c, r)·cell_m`, bilinear in between, and grows outward. The
-    border of the cells (Suzuki and Abe 1985) is moved along the gradient onto the
-    line itself.
+    `field[r, c]` is the value at `origin_enu_m` + `(c, r)·cell_m`, bilinear in between, and grows outward.
+    The border of the cells (Suzuki and Abe 1985) is moved along the gradient onto the line itself.
     """
     contours, _ = cv2.findContours((field <= 0.0).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     anchor = (anchor_enu_m - origin_enu_m) / cell_m
@@ -156,7 +155,7 @@ def _any_closer(centres: FloatArray, points: FloatArray, distance: float) -> NDA
 
 @njit(cache=True)
 def _onto_zero(points: FloatArray, field: NDArray[np.float32]) -> FloatArray:
-    """Points `(M, 2)`, in cells, moved by Newton's steps of at most one cell onto the zero of a bilinear field."""
+    """Points `(M, 2)` in cells, moved onto the zero of a bilinear field by Newton's steps, a cell at most."""
     out = np.empty_like(points)
     rows, cols = field.shape
     for i in range(points.shape[0]):

@@ -32,7 +32,7 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """One branch: every outline of the part goes around `anchor_enu_m` (2,), and its highest roof is `top_m`."""
+    """One branch: all its outlines go around `anchor_enu_m` (2,), and its highest roof is `top_m`."""
 
     anchor_enu_m: FloatArray
     top_m: float
@@ -54,9 +54,11 @@ def main_part(solid: SolidDistance, *, standoff_m: float) -> Part:
         count, labels = cv2.connectedComponents(((plan <= standoff_m) & kept).astype(np.uint8))
         weights = np.bincount(labels[solid_here], weights=heights_m[solid_here] - base_m, minlength=count)
         best = int(np.argmax(weights))
-        for other in np.flatnonzero(weights > 0.0):
-            if other != best:
-                left_out.append(_left_out(solid, solid_here & (labels == other), base_m))
+        left_out += [
+            _left_out(solid, solid_here & (labels == other), base_m)
+            for other in np.flatnonzero(weights > 0.0)
+            if other != best
+        ]
         kept = labels == best
         anchor = _deepest(solid_here & kept)
         base_m = top_m = float(level_m)

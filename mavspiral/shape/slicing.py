@@ -58,9 +58,10 @@ class SolidDistance:
     origin_enu_m: FloatArray
 
     def __call__(self, position_enu_m: ArrayLike) -> FloatArray:
-        """The distance `(…)` of each position `(…, 3)`: never too much, and too little by a thousandth of a cell or two.
+        """The distance `(…)` of each position `(…, 3)`, a thousandth of a cell too much at the worst.
 
-        Beyond the edge of the map it is that of the edge.
+        It is too little by cell²/8E, 2 mm for cells of 0.25 m seen from 4 m, and by up to a third of a cell
+        where two walls are equally near. Beyond the edge of the map it is that of the edge.
         """
         position = np.asarray(position_enu_m, dtype=np.float64)
         flat = np.ascontiguousarray(position.reshape(-1, 3))
@@ -70,8 +71,8 @@ class SolidDistance:
     def slice(self, height_m: float, distance_m: float, corner_radius_m: float = 0.0) -> Slice:
         """What lies within `distance_m` of the solid at `height_m`.
 
-        Just below the height at which a roof drops out, its slice has nearly the roof's own sharp corners; with a
-        `corner_radius_m` it keeps that radius until then, which is farther from the roof than need be.
+        Just below the height at which a roof drops out, its slice has nearly the roof's own sharp corners;
+        with a `corner_radius_m` it keeps that radius until then, which is farther from the roof than need be.
         """
         drop = np.maximum(0.0, height_m - self.levels_m)
         near = np.flatnonzero(drop < distance_m)
@@ -126,8 +127,8 @@ def _distance(
 ) -> FloatArray:
     """D of the module's first equation at positions `(M, 3)`.
 
-    Between the corners the E_j are bilinear. Where an E bends most, around a corner of the building, that is too much by
-    cell²/8E at the most, which is taken off.
+    Between the corners the E_j are bilinear. Where an E bends most, around a corner of the building, that is
+    too much by cell²/8E at the most, which is taken off.
     """
     out = np.empty(position.shape[0])
     rows, cols = plan.shape[1:]
