@@ -37,7 +37,8 @@ GRID_M = 0.15
 GRID_ROWS = (1_000, 40_000)
 KNOT_S = 0.02
 KNOTS_PER_WINDOW = 25
-WINDOW_IN_BENDS = 1.2
+WINDOW_IN_BENDS = 1.6
+SHORTEST_WINDOW_S = 0.1
 ROUNDS = 16
 PATIENCE = 4  # rounds without a gain of
 CLOSE = 1.001
@@ -99,7 +100,7 @@ def _window_s(table: FloatArray, length_m: float, limits: Limits) -> float:
     share = WINDOW_IN_BENDS if table[:, 3:9].any() else 1.0
     full_s = limits.acceleration_mps2 / limits.jerk_mps3
     quarter_s = math.cbrt(length_m / (2 * limits.jerk_mps3))
-    return min(share * full_s, quarter_s)
+    return max(SHORTEST_WINDOW_S, min(share * full_s, quarter_s))
 
 
 def _tabulated(path: Path, gaze: Gaze) -> tuple[FloatArray, float]:

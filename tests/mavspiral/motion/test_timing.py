@@ -170,6 +170,13 @@ def test_more_of_anything_is_never_much_slower(make_helix, make_gaze, limits):
         assert fastest_law(path, gaze, wider).duration_s < 1.005 * duration_s, field.name
 
 
+def test_without_a_jerk_limit_to_speak_of_it_is_the_trapezium(limits):
+    abrupt = dataclasses.replace(limits, jerk_mps3=1e6)
+    law = fastest_law(LinePath([0, 0, 9], [300, 0, 9]), AHEAD, abrupt)
+    assert law.duration_s == pytest.approx(300 / 5.0 + 5.0 / 2.0, abs=0.15)
+    assert len(law.phase_rad) < 20_000
+
+
 def test_a_curve_that_stands_still_is_refused(limits):
     with pytest.raises(ValueError, match="stands still at u = 0"):
         fastest_law(LinePath([1, 2, 3], [1, 2, 3]), AHEAD, limits)
