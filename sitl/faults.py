@@ -1,7 +1,7 @@
 """Faults on order: `NAME[=VALUE]@START[+DURATION]`, times since the simulation's start.
 
-`motor=2:0.5@60s` leaves motor 2 (counted from 1, in PX4's order) half of its thrust; `gps_loss@60s+20s` takes
-the fixes away for 20 s; `wind_step=8@30s` adds 8 m/s to the wind, along it, or from the west where there is none.
+`motor=2:0.5@60s` leaves motor 2 (counted from 1, in PX4's order) half of its thrust; `gps_loss@60s+20s`
+takes the fixes away for 20 s; `wind_step=8@30s` adds 8 m/s to the wind, along it, or from the west in a calm.
 """
 
 from __future__ import annotations

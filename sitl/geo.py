@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import math
 
-from sitl.kernels import kernel
-
-from sitl.rotation import Triple
+from sitl.kernels import Triple, kernel
 
 __all__ = ["GRAVITY_MPS2", "dipole_field", "geodetic_of_ned", "ned_of_geodetic"]
 
@@ -38,9 +36,7 @@ def _geodetic(x: float, y: float, z: float) -> Triple:
     beta = math.atan2(z * _A, p * _B)
     lat = 0.0
     for _ in range(2):
-        lat = math.atan2(
-            z + _E2 / (1.0 - _E2) * _B * math.sin(beta) ** 3, p - _E2 * _A * math.cos(beta) ** 3
-        )
+        lat = math.atan2(z + _E2 / (1.0 - _E2) * _B * math.sin(beta) ** 3, p - _E2 * _A * math.cos(beta) ** 3)
         beta = math.atan2(_B * math.sin(lat), _A * math.cos(lat))
     n = _A / math.sqrt(1.0 - _E2 * math.sin(lat) ** 2)
     alt = p * math.cos(lat) + z * math.sin(lat) - _A * _A / n

@@ -1,20 +1,29 @@
 """`@kernel`: numba's `@njit`, cached on disk under a digest of every file that holds a kernel.
 
-numba's own cache looks only at the file of the function itself, so a change in a callee of another room would go
-unseen and the stale machine code would fly on.
+numba's own cache looks only at the file of the function itself, so a change in a callee of another room
+would go unseen and the stale machine code would fly on. Kernels are bit-reproducible: no BLAS in them,
+never fastmath.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
+import numpy as np
 from numba import njit
 from numba.core.caching import FunctionCache
+from numpy.typing import NDArray
 
-__all__ = ["kernel", "sources_digest"]
+__all__ = ["Components", "FloatArray", "Quaternion", "Triple", "kernel", "sources_digest"]
+
+FloatArray = NDArray[np.float64]
+Triple = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+Components = Sequence[float] | FloatArray
+"""What kernels take and give: arrays that they fill, tuples that they return, and either to read from."""
 
 Function = TypeVar("Function", bound=Callable)
 
@@ -34,7 +43,7 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 
 
 def kernel(function: Function) -> Function:
-    """`function`, compiled at its first call; bit-reproducible: never fastmath."""
+    """`function`, compiled at its first call."""
     compiled = njit(function)
     compiled._cache = _Cache(function)
     return compiled  # type: ignore[no-any-return]

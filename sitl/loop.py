@@ -1,4 +1,4 @@
-"""One frame of life, 10 ms: the rooms in the order in which a sample runs through them, fused into one kernel.
+"""One frame of life, 10 ms: the rooms in the order in which a sample runs through them, as one kernel.
 
 Truth stays in WORLD, which only physics reads; what the brain learns passes through `sensed` alone.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sitl.autopilot.cascade import CASCADE_S, DEMAND, GAINS, MIND, control, detect_ground
+from sitl.autopilot.cascade import DEMAND, GAINS, MIND, control, detect_ground
 from sitl.autopilot.rate import filter_gyro
 from sitl.estimator.model import HAS_BARO, HAS_FIX, HAS_MAG, IMU_S, NAV, RING, advance_horizon, tick
 from sitl.kernels import kernel
@@ -67,7 +67,9 @@ def _move(world: np.record, brain: np.record, noise: np.record, at: int) -> None
     slot = nav.frame % RING
     shaft_power_w = 0.0
     for k in range(4):
-        control(mind, gains, brain.demand, nav.out_position_ned_m, nav.out_velocity_ned_mps, nav.out_q_ned_frd)
+        control(
+            mind, gains, brain.demand, nav.out_position_ned_m, nav.out_velocity_ned_mps, nav.out_q_ned_frd
+        )
         for i in range(4):
             world.target_speed_radps[i] = mind.signals[i] * strength
         step(body, plant, world.target_speed_radps)
@@ -120,4 +122,4 @@ def live(worlds: np.ndarray, brains: np.ndarray, noises: np.ndarray, received: b
     _sense(world, nav, noise, frame, at, received)
     has = advance_horizon(nav)
     detect_ground(brain.mind, brain.gains, brain.demand, nav.out_velocity_ned_mps, FRAME_S)
-    return has
+    return int(has)

@@ -1,4 +1,4 @@
-"""PX4's parameters, as far as this vehicle obeys them: real names, defaults of PX4 v1.17.0's SIH quadrotor."""
+"""PX4's parameters, as far as this vehicle obeys them: its names, the defaults of v1.17.0's SIH quadrotor."""
 
 from __future__ import annotations
 

@@ -6,13 +6,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from sitl.kernels import kernel
+from sitl.kernels import Components, Quaternion, Triple, kernel
 
 __all__ = [
-    "Quaternion",
-    "Triple",
     "between",
     "exponential",
     "from_axes",
@@ -25,12 +22,9 @@ __all__ = [
     "unrotate",
 ]
 
-Triple = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
-
 
 @kernel
-def multiply(p: Sequence[float], q: Sequence[float]) -> Quaternion:
+def multiply(p: Components, q: Components) -> Quaternion:
     """The rotation that does `q` first, then `p`."""
     return (
         p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
@@ -41,14 +35,14 @@ def multiply(p: Sequence[float], q: Sequence[float]) -> Quaternion:
 
 
 @kernel
-def normalized(q: Sequence[float]) -> Quaternion:
+def normalized(q: Components) -> Quaternion:
     """`q` at unit length."""
     s = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     return q[0] * s, q[1] * s, q[2] * s, q[3] * s
 
 
 @kernel
-def rotate(q: Sequence[float], v: Sequence[float]) -> Triple:
+def rotate(q: Components, v: Components) -> Triple:
     """`q v q*`: v + 2w(u × v) + 2u × (u × v), with u the vector part."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     tx = 2.0 * (y * v[2] - z * v[1])
@@ -62,13 +56,13 @@ def rotate(q: Sequence[float], v: Sequence[float]) -> Triple:
 
 
 @kernel
-def unrotate(q: Sequence[float], v: Sequence[float]) -> Triple:
+def unrotate(q: Components, v: Components) -> Triple:
     """`q* v q`, the way back."""
     return rotate((q[0], -q[1], -q[2], -q[3]), v)
 
 
 @kernel
-def matrix(q: Sequence[float]) -> tuple[Triple, Triple, Triple]:
+def matrix(q: Components) -> tuple[Triple, Triple, Triple]:
     """The rotation's rows."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     return (
@@ -79,7 +73,7 @@ def matrix(q: Sequence[float]) -> tuple[Triple, Triple, Triple]:
 
 
 @kernel
-def exponential(v: Sequence[float]) -> Quaternion:
+def exponential(v: Components) -> Quaternion:
     """The turn by |v| radians about v."""
     square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
     if square < 1e-8:  # series: exact to 1e-17 here, and free of 0/0
@@ -93,20 +87,18 @@ def exponential(v: Sequence[float]) -> Quaternion:
 
 
 @kernel
-def between(a: Sequence[float], b: Sequence[float]) -> Quaternion:
-    """The shortest turn that takes unit vector `a` to unit vector `b`; about x or y where they are opposite."""
+def between(a: Components, b: Components) -> Quaternion:
+    """The shortest turn that takes unit vector `a` to unit vector `b`; any where they are opposite."""
     w = 1.0 + a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     if w < 1e-9:
         if abs(a[0]) < 0.9:  # any axis across a: a × x
             return normalized((0.0, 0.0, a[2], -a[1]))
         return normalized((0.0, -a[2], 0.0, a[0]))
-    return normalized(
-        (w, a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-    )
+    return normalized((w, a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
 
 
 @kernel
-def from_axes(x: Sequence[float], y: Sequence[float], z: Sequence[float]) -> Quaternion:
+def from_axes(x: Components, y: Components, z: Components) -> Quaternion:
     """The rotation whose columns are x, y, z (Shepperd's method)."""
     trace = x[0] + y[1] + z[2]
     if trace > 0.0:
@@ -128,6 +120,6 @@ def from_euler(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Quaternion:
 
 
 @kernel
-def to_yaw(q: Sequence[float]) -> float:
+def to_yaw(q: Components) -> float:
     """The 3-2-1 yaw."""
     return math.atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]))

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from sitl.airframe import Airframe
+from sitl.airframe import RECEIVERS, Airframe
 from sitl.autopilot.cascade import new_mind, set_demand, set_gains
-from sitl.estimator.model import report
+from sitl.estimator.model import new_nav, report
 from sitl.faults import Fault, GpsLoss, MotorLoss, WindStep
 from sitl.geo import dipole_field
 from sitl.loop import BLOCK_FRAMES, BRAIN, NOISE, WORLD, live
 from sitl.params import Params
 from sitl.physics.battery import new_pack
 from sitl.physics.dynamics import new_body, new_plant
-from sitl.physics.sensors import GPS_DELAY_FRAMES, GPS_GRADES, new_sensed
+from sitl.physics.sensors import GPS_DELAY_FRAMES, new_sensed
 from sitl.rotation import from_euler
 from sitl.signals import (
     BaroSample,
@@ -42,10 +43,10 @@ FRAME_US = 10_000
 class VehicleConfig:
     """Everything that decides a flight besides the demands.
 
-    It stands at `home` (which is truth's NED origin) with its nose at `heading_ned_rad`. The EKF's origin lies
-    `origin_offset_ned_m` away from the first good fix. `gusts` adds Dryden turbulence to the wind. Without
-    `noise` the senses tell the truth. `stock_filter` flies filterpy's own arithmetic. `params` are taken as they
-    are: start them from `Params(airframe.params)`.
+    It stands at `home` (which is truth's NED origin) with its nose at `heading_ned_rad`. The EKF's origin
+    lies `origin_offset_ned_m` away from the first good fix. `gusts` adds Dryden turbulence to the wind.
+    Without `noise` the senses tell the truth. `stock_filter` flies filterpy's own arithmetic. `params` are
+    taken as they are: start them from `Params(airframe.params)`.
     """
 
     airframe: Airframe
@@ -75,12 +76,12 @@ class BatteryState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VehicleState:
-    """A vehicle's whole state, as a value: the vehicle that gave it, or its twin by config, can take it back."""
+    """A vehicle's whole state, as a value: who gave it, or a twin by config, can take it back."""
 
     params: Params
     demand: Demand | None
     arrays: tuple[np.ndarray, ...]
-    generators: tuple[dict[str, Any], ...]
+    generators: tuple[Mapping[str, Any], ...]
 
 
 class Vehicle:
@@ -93,28 +94,36 @@ class Vehicle:
         seeds = np.random.SeedSequence(config.seed).spawn(6)
         boot, *self._generators = (np.random.Generator(np.random.PCG64(seed)) for seed in seeds)
         field = dipole_field(config.home.lat_deg, config.home.lon_deg)
-        grade = GPS_GRADES[config.gps]
+        receiver = RECEIVERS[config.gps]
         self._world, self._brain, self._noise = np.zeros(1, WORLD), np.zeros(1, BRAIN), np.zeros(1, NOISE)
         world, brain = self._world, self._brain
-        world["body"] = new_body(from_euler(0.0, 0.0, config.heading_ned_rad), (0.0, 0.0, config.ground_down_m))
+        world["body"] = new_body(
+            from_euler(0.0, 0.0, config.heading_ned_rad), (0.0, 0.0, config.ground_down_m)
+        )
         world["plant"] = new_plant(config.airframe, config.ground_down_m)
         world["pack"] = new_pack(config.airframe)
         world["sensed"] = new_sensed(
-            config.airframe.senses, grade, config.home, field, boot.standard_normal(10), config.noise
+            config.airframe.senses, receiver, config.home, field, boot.standard_normal(10), config.noise
         )
         world["air"]["turbulent"] = config.gusts
         world["speed_max_radps"] = config.airframe.rotors.speed_max_radps
-        brain["mind"] = new_mind()
+        world["sensed"]["baro_alt_m"] = config.home.alt_amsl_m - config.ground_down_m
+        brain["mind"], brain["nav"] = new_mind(), new_nav()
         self._ekf = Ekf(
-            brain["nav"], config.airframe.senses, config.params, fix_sigma=grade.sigma, field_ned_gauss=field,
-            origin_offset_ned_m=config.origin_offset_ned_m, stock=config.stock_filter,
+            brain["nav"],
+            config.airframe.senses,
+            config.params,
+            receiver=receiver,
+            field_ned_gauss=field,
+            origin_offset_ned_m=config.origin_offset_ned_m,
+            stock=config.stock_filter,
         )
         self._body, self._pack, self._sensed = world["body"][0], world["pack"][0], world["sensed"][0]
         self._nav, self._mind = brain["nav"][0], brain["mind"][0]
         self._frame = 0
         self._demand: Demand | None = None
         self._received = True
-        self._changes_us = sorted({f.start_us for f in config.faults} | {f.end_us for f in config.faults if f.end_us})
+        self._changes_us = {us for fault in config.faults for us in (fault.start_us, fault.end_us)}
         self.params = config.params
 
     @property
@@ -150,7 +159,7 @@ class Vehicle:
     def _draw(self) -> None:
         """Noise for the next block of frames, each sense from its own generator."""
         if self.config.noise:
-            for generator, name in zip(self._generators, NOISE.names, strict=True):
+            for generator, name in zip(self._generators, NOISE.names or (), strict=True):
                 generator.standard_normal(out=self._noise[name][0])
 
     def _apply_faults(self, time_us: int) -> None:
@@ -188,12 +197,12 @@ class Vehicle:
     def estimate(self) -> Estimate:
         """What it believes now."""
         ekf, told = self._ekf, np.empty(31)
-        report(ekf.nav, ekf.filter.P, told)
+        report(ekf.nav, ekf.filter.P, ekf.wander_variance_m2, told)
         told.setflags(write=False)
         fresh = ekf.fixes_fresh(self._frame)
         return Estimate(
-            self.time_us, told[0:3], told[3:6], told[6:10], told[10:13], told[13:16], told[16:19], told[19:22],
-            told[22:25], told[25:28], told[28:31],
+            self.time_us, told[0:3], told[3:6], told[6:10], told[10:13], told[13:16], told[16:19],
+            told[19:22], told[22:25], told[25:28], told[28:31],
             attitude_ok=ekf.running, position_ok=fresh, velocity_ok=fresh, height_ok=ekf.running,
         )  # fmt: skip
 
@@ -215,9 +224,14 @@ class Vehicle:
         if taken < 0 or not self._sensed["fix_valid"][taken % 16]:
             return None
         lat, lon, alt, *velocity = self._sensed["fix"][taken % 16].tolist()
-        grade = GPS_GRADES[self.config.gps]
+        receiver = RECEIVERS[self.config.gps]
         return GpsSample(
-            (taken + 1) * FRAME_US, GeoPoint(lat, lon, alt), vector(velocity), *grade.sigma, grade.fix_type, grade.satellites
+            (taken + 1) * FRAME_US,
+            GeoPoint(lat, lon, alt),
+            vector(velocity),
+            *receiver.sigma,
+            receiver.fix_type,
+            receiver.satellites,
         )
 
     @property

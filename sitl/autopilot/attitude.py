@@ -1,7 +1,7 @@
 """Thrust vector and yaw to attitude, attitude to body rates: PX4's quaternion controller.
 
-Brescianini, Hehn, D'Andrea, "Nonlinear quadrocopter attitude control" (ETH 2013), as PX4 has it: the turn that points
-the thrust comes first, of the turn about it only `yaw_weight`.
+Brescianini, Hehn, D'Andrea, "Nonlinear quadrocopter attitude control" (ETH 2013), as PX4 has it: the turn
+that points the thrust comes first, of the turn about it only `yaw_weight`.
 """
 
 from __future__ import annotations
@@ -9,17 +9,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from sitl.kernels import kernel
 
-from sitl.rotation import Quaternion, Triple, between, from_axes, multiply, rotate, unrotate
-from sitl.signals import FloatArray
+from sitl.kernels import FloatArray, Quaternion, Triple, kernel
+from sitl.rotation import between, from_axes, multiply, rotate, unrotate
 
 __all__ = ["attitude_for", "control_attitude", "rates_for"]
 
 
 @kernel
 def attitude_for(thrust_ned: FloatArray, yaw_rad: float) -> Quaternion:
-    """The attitude whose -z lies along `thrust_ned` (pointing up) and whose nose points as `yaw_rad` allows."""
+    """The attitude whose -z lies along `thrust_ned` (up) and whose nose heads for `yaw_rad`."""
     length = math.sqrt(thrust_ned[0] ** 2 + thrust_ned[1] ** 2 + thrust_ned[2] ** 2)
     z = (-thrust_ned[0] / length, -thrust_ned[1] / length, -thrust_ned[2] / length)
     s, c = math.sin(yaw_rad), math.cos(yaw_rad)
@@ -50,10 +49,13 @@ def rates_for(q: Quaternion, wanted: Quaternion, p: FloatArray, yaw_weight: floa
 
 
 @kernel
-def control_attitude(mind: np.record, gains: np.record, q_ned_frd: FloatArray, yaw_rate_ned_radps: float) -> None:
-    """Set `mind.rate_wanted_frd_radps` for `mind.q_wanted_ned_frd`, with the yaw rate fed forward, within limits."""
-    q, wanted = q_ned_frd, mind.q_wanted_ned_frd
-    q, wanted = (q[0], q[1], q[2], q[3]), (wanted[0], wanted[1], wanted[2], wanted[3])
+def control_attitude(
+    mind: np.record, gains: np.record, q_ned_frd: FloatArray, yaw_rate_ned_radps: float
+) -> None:
+    """Set `mind.rate_wanted_frd_radps` for `mind.q_wanted_ned_frd`, with the yaw rate fed forward."""
+    q = (q_ned_frd[0], q_ned_frd[1], q_ned_frd[2], q_ned_frd[3])
+    w = mind.q_wanted_ned_frd
+    wanted = (w[0], w[1], w[2], w[3])
     rates = rates_for(q, wanted, gains.attitude_p, gains.yaw_weight)
     forward = unrotate(q, (0.0, 0.0, yaw_rate_ned_radps))
     for i in range(3):

@@ -1,11 +1,10 @@
-"""The cascade: setpoint to motors through position, velocity, attitude, rate and mixer, 400 times a second."""
+"""The cascade: setpoint to motors through position, velocity, attitude, rate and mixer, at 400 Hz."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from sitl.kernels import kernel
 
 from sitl.airframe import Airframe
 from sitl.autopilot.attitude import attitude_for, control_attitude
@@ -13,11 +12,22 @@ from sitl.autopilot.mixer import mix, mix_columns, signal_for
 from sitl.autopilot.position import control_position
 from sitl.autopilot.rate import control_rate, low_pass
 from sitl.autopilot.velocity import control_velocity
+from sitl.kernels import kernel
 from sitl.params import Params
 from sitl.rotation import to_yaw
 from sitl.signals import Demand, FloatArray
 
-__all__ = ["CASCADE_S", "DEMAND", "GAINS", "MIND", "control", "detect_ground", "new_mind", "set_demand", "set_gains"]
+__all__ = [
+    "CASCADE_S",
+    "DEMAND",
+    "GAINS",
+    "MIND",
+    "control",
+    "detect_ground",
+    "new_mind",
+    "set_demand",
+    "set_gains",
+]
 
 CASCADE_S = 0.0025
 _GYRO_HZ = 200.0
@@ -178,8 +188,12 @@ def _rest(mind: np.record, armed: bool, idle: float, velocity_ned_mps: FloatArra
 
 @kernel
 def control(
-    mind: np.record, gains: np.record, demand: np.record,
-    position_ned_m: FloatArray, velocity_ned_mps: FloatArray, q_ned_frd: FloatArray,
+    mind: np.record,
+    gains: np.record,
+    demand: np.record,
+    position_ned_m: FloatArray,
+    velocity_ned_mps: FloatArray,
+    q_ned_frd: FloatArray,
 ) -> None:
     """One pass through the cascade: `mind.signals` is what the motors are told."""
     if not demand.armed or demand.idle:
@@ -212,7 +226,7 @@ def detect_ground(
     little = gains.thrust_min + 0.3 * (gains.thrust_hover - gains.thrust_min)
     if mind.thrust > little:
         mind.still_s = 0.0
-        # Still on the ground until the motors carry the weight: a take-off that has not happened is no flight.
+        # On the ground until the motors carry most of the weight: a take-off not yet happened is no flight.
         if mind.thrust > 0.7 * gains.thrust_hover:
             mind.on_ground = 0
         return

@@ -1,7 +1,7 @@
 """Torque and thrust to motors: PX4's sequential desaturation without air mode.
 
-Columns of the mix are scaled as PX4 scales them, so that its gains mean the same here: thrust 1 per motor, roll and
-pitch 1/√2 on a symmetric X, yaw 1.
+Columns of the mix are scaled as PX4 scales them, so that its gains mean the same here: thrust 1 per motor,
+roll and pitch 1/√2 on a symmetric X, yaw 1.
 """
 
 from __future__ import annotations
@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from sitl.kernels import kernel
 
 from sitl.airframe import Rotors
-from sitl.signals import FloatArray
+from sitl.kernels import FloatArray, kernel
 
 __all__ = ["mix", "mix_columns", "signal_for"]
 

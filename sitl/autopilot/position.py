@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from sitl.kernels import kernel
 
-from sitl.signals import FloatArray
+from sitl.kernels import FloatArray, kernel
 
 __all__ = ["constrained", "control_position"]
 
@@ -16,7 +15,8 @@ __all__ = ["constrained", "control_position"]
 def constrained(first: tuple[float, float], second: tuple[float, float], limit: float) -> tuple[float, float]:
     """`first + second` within `limit`: `first` keeps its place, `second` is cut (PX4's constrainXY).
 
-    Where cut, it is first + s·û with |first + s·û| = limit, so s = -m + √(m² - |first|² + limit²), m = û·first.
+    Where cut, it is first + s·û with |first + s·û| = limit, so s = -m + √(m² - |first|² + limit²), m =
+    û·first.
     """
     x, y = first[0] + second[0], first[1] + second[1]
     if math.hypot(x, y) <= limit:
@@ -32,11 +32,13 @@ def constrained(first: tuple[float, float], second: tuple[float, float], limit: 
 
 
 @kernel
-def control_position(mind: np.record, gains: np.record, demand: np.record, position_ned_m: FloatArray) -> None:
+def control_position(
+    mind: np.record, gains: np.record, demand: np.record, position_ned_m: FloatArray
+) -> None:
     """Set `mind.velocity_wanted_ned_mps`; NaN where an axis is flown by acceleration alone.
 
-    An axis that nothing commands shall stop. Position error and feedforward add up; horizontally the part that
-    corrects the position has the right of way below MPC_XY_VEL_MAX.
+    An axis that nothing commands shall stop. Position error and feedforward add up; horizontally the part
+    that corrects the position has the right of way below MPC_XY_VEL_MAX.
     """
     wanted = mind.velocity_wanted_ned_mps
     correction = mind.correction_ned_mps

@@ -1,4 +1,4 @@
-"""Body rates to torque: PX4's PID on filtered gyros, with the derivative of the measurement, never of the error."""
+"""Body rates to torque: PX4's PID on filtered gyros; the derivative is the measurement's, not the error's."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from sitl.kernels import kernel
 
-from sitl.signals import FloatArray
+from sitl.kernels import FloatArray, kernel
 
 __all__ = ["LowPass", "control_rate", "filter_gyro", "low_pass"]
 
@@ -65,6 +64,6 @@ def control_rate(mind: np.record, gains: np.record, dt: float) -> None:
         limit = gains.rate_integral_max[i]
         grown = mind.rate_integral[i] + fade * gains.rate_i[i] * error * dt
         mind.rate_integral[i] = min(max(grown, -limit), limit)
-    # PX4 1.17 smooths the yaw torque alone: its reaction is weak and its motors saturate first (MC_YAW_TQ_CUTOFF).
+    # PX4 1.17 smooths the yaw torque alone: weak, it saturates motors first (MC_YAW_TQ_CUTOFF).
     mind.yaw_torque += gains.yaw_torque_alpha * (mind.torque[2] - mind.yaw_torque)
     mind.torque[2] = mind.yaw_torque

@@ -8,23 +8,26 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from sitl.kernels import kernel
 
 from sitl.geo import GRAVITY_MPS2
-from sitl.rotation import Triple
-from sitl.signals import FloatArray
+from sitl.kernels import Components, FloatArray, Triple, kernel
 
 __all__ = ["control_velocity", "thrust_for"]
 
 
 @kernel
 def thrust_for(
-    acceleration: FloatArray, hover: float, thrust_min: float, thrust_max: float, margin: float, tilt_max: float
+    acceleration: Components,
+    hover: float,
+    thrust_min: float,
+    thrust_max: float,
+    margin: float,
+    tilt_max: float,
 ) -> tuple[Triple, Triple]:
-    """NED thrust for an acceleration: within the limits, and before they were applied (but for tilt and minimum).
+    """NED thrust for an acceleration: within all limits, and within those of tilt and least thrust only.
 
-    The direction supposes gravity alone vertically (MPC_ACC_DECOUPLE); then tilt is limited; vertical thrust goes
-    before horizontal except for the horizontal `margin`.
+    The direction supposes gravity alone vertically (MPC_ACC_DECOUPLE); then tilt is limited; vertical
+    thrust goes before horizontal except for the horizontal `margin`.
     """
     ax, ay = acceleration[0], acceleration[1]
     across = math.hypot(ax, ay)

@@ -1,25 +1,22 @@
-"""The filter that flies: filterpy's extended Kalman filter over the error state, at the delayed horizon.
+"""The estimator: an error-state filter at the delayed horizon, fed with whatever was measured there.
 
-The error state is zero between updates: an update makes one, `inject` moves it into the nominal state, and it is zero
-again. `KernelFilter` overrides filterpy's arithmetic by kernels; `stock=True` flies filterpy's own.
+The error state is zero between updates: an update makes one, `inject` moves it into the nominal state, and
+it is zero again.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
-from filterpy.kalman import ExtendedKalmanFilter
-from sitl.kernels import kernel
 
-from sitl.airframe import Senses
+from sitl.airframe import Receiver, Senses
+from sitl.estimator.filters import KernelFilter, StockFilter, worst_ratio
 from sitl.estimator.model import (
     HAS_BARO,
     HAS_FIX,
     HAS_MAG,
     HORIZON_FRAMES,
-    NAV,
     PREDICT_S,
     RING,
     STATES,
@@ -27,16 +24,14 @@ from sitl.estimator.model import (
     inject,
     mag_expected,
     mag_jacobian,
-    predict_covariance,
     process_noise,
-    transition,
 )
 from sitl.geo import GRAVITY_MPS2, geodetic_of_ned, ned_of_geodetic
+from sitl.kernels import FloatArray, Triple
 from sitl.params import Params
 from sitl.rotation import from_euler
-from sitl.signals import FloatArray
 
-__all__ = ["BOOK", "Ekf", "KernelFilter"]
+__all__ = ["BOOK", "Ekf"]
 
 ALIGN_FRAMES = 100
 _RESET_AFTER = 10
@@ -60,148 +55,48 @@ BOOK = np.dtype(
 """What the estimator remembers beside the filter."""
 
 
-@kernel
-def _update(
-    x: FloatArray, P: FloatArray, residual: FloatArray, H: FloatArray, R: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """x := x + K r, P := P - K S Kᵀ, in place and exactly symmetric; K, S and L⁻¹ r.
-
-    With S = L Lᵀ and W = P Hᵀ L⁻ᵀ, K S Kᵀ is W Wᵀ, K r is W L⁻¹ r and K is W L⁻¹.
-    """
-    m, n = H.shape
-    PHt = np.zeros((n, m))
-    for i in range(n):
-        for k in range(m):
-            total = 0.0
-            for j in range(n):
-                if H[k, j] != 0.0:
-                    total += P[i, j] * H[k, j]
-            PHt[i, k] = total
-    S = R.copy()
-    for a in range(m):
-        for b in range(m):
-            for j in range(n):
-                if H[a, j] != 0.0:
-                    S[a, b] += H[a, j] * PHt[j, b]
-    L = np.zeros((m, m))
-    for a in range(m):
-        for b in range(a + 1):
-            total = S[a, b]
-            for k in range(b):
-                total -= L[a, k] * L[b, k]
-            L[a, b] = math.sqrt(total) if a == b else total / L[b, b]
-    W = PHt.copy()
-    whitened = residual.copy()
-    for a in range(m):
-        for b in range(a):
-            whitened[a] -= L[a, b] * whitened[b]
-            for i in range(n):
-                W[i, a] -= W[i, b] * L[a, b]
-        whitened[a] /= L[a, a]
-        for i in range(n):
-            W[i, a] /= L[a, a]
-    for i in range(n):
-        for a in range(m):
-            x[i] += W[i, a] * whitened[a]
-        for j in range(i + 1):
-            total = P[i, j]
-            for a in range(m):
-                total -= W[i, a] * W[j, a]
-            P[i, j] = P[j, i] = total
-    for a in range(m - 1, -1, -1):
-        for b in range(a + 1, m):
-            for i in range(n):
-                W[i, a] -= W[i, b] * L[b, a]
-        for i in range(n):
-            W[i, a] /= L[a, a]
-    return W, S, whitened
-
-
-@kernel
-def _worst_ratio(P: FloatArray, residual: FloatArray, H: FloatArray, R: FloatArray) -> float:
-    """The greatest r²/S of the components: what PX4 holds against the gate squared."""
-    worst = 0.0
-    for a in range(H.shape[0]):
-        s = R[a, a]
-        for i in range(STATES):
-            if H[a, i] != 0.0:
-                for j in range(STATES):
-                    s += H[a, i] * P[i, j] * H[a, j]
-        worst = max(worst, residual[a] * residual[a] / s)
-    return worst
-
-
-class KernelFilter(ExtendedKalmanFilter):  # type: ignore[misc]
-    """filterpy's filter with `predict` and `update` in kernels that know the transition's zeros.
-
-    It keeps no priors and posteriors beside `x` and `P`.
-    """
-
-    def __init__(self, nav: np.ndarray, noise: FloatArray) -> None:
-        super().__init__(dim_x=STATES, dim_z=6)
-        self.x = np.zeros(STATES)
-        self._nav, self._noise, self._work = nav, noise, np.zeros((STATES, STATES))
-
-    def predict(self, u: float = 0) -> None:
-        """P at the end of the horizon's frame; the error state is zero and stays so."""
-        predict_covariance(self.P, self._work, self._nav, self._noise, PREDICT_S)
-
-    def update(  # noqa: D102 - filterpy's own words
-        self, z: FloatArray, HJacobian: Callable, Hx: Callable, R: FloatArray, **_: object
-    ) -> None:
-        self.y = z - Hx(self.x)
-        self.K, self.S, whitened = _update(self.x, self.P, self.y, HJacobian(self.x), R)
-        self._mahalanobis = math.sqrt((whitened * whitened).sum())
-
-
-class StockFilter(ExtendedKalmanFilter):  # type: ignore[misc]
-    """filterpy's filter and arithmetic, given the horizon's transition before each prediction."""
-
-    def __init__(self, nav: np.ndarray, noise: FloatArray) -> None:
-        super().__init__(dim_x=STATES, dim_z=6)
-        self.x = np.zeros(STATES)
-        self.Q = np.diag(noise)
-        self._nav = nav[0]
-
-    def predict(self, u: float = 0) -> None:
-        """P at the end of the horizon's frame."""
-        nav = self._nav
-        self.F = transition(nav["mean_q"], nav["mean_force"], nav["mean_rate"], PREDICT_S)
-        super().predict()
-
-
 class Ekf:
-    """The estimator: aligns itself standing still, anchors its origin at the first fix, then fuses what comes.
+    """The estimator: aligns itself standing still, anchors its origin at the first fix, then fuses.
 
-    `nav` is shared with the kernels that carry the nominal state; `field_ned_gauss` is what its map says of the place.
+    `nav` is shared with the kernels that carry the nominal state; `field_ned_gauss` is what its map says of
+    the place. Position is tracked in the receiver's frame, which wanders: the wander's speed is process
+    noise, its size is added to the position's variance where that is reported.
     """
 
     def __init__(
-        self, nav: np.ndarray, senses: Senses, params: Params, *, fix_sigma: tuple[float, float, float],
-        field_ned_gauss: tuple[float, float, float], origin_offset_ned_m: tuple[float, float, float], stock: bool,
+        self,
+        nav: np.ndarray,
+        senses: Senses,
+        params: Params,
+        *,
+        receiver: Receiver,
+        field_ned_gauss: Triple,
+        origin_offset_ned_m: Triple,
+        stock: bool,
     ) -> None:
-        self.nav, self.book = nav, np.zeros(1, BOOK)
+        self.nav, self.book, self.params = nav, np.zeros(1, BOOK), params
+        r = receiver
+        self._fix_sigma = np.array([r.white_h_m, r.white_h_m, r.white_v_m, *[r.speed_mps] * 3])
+        self.wander_variance_m2 = np.array([r.wander_h_m, r.wander_h_m, r.wander_v_m]) ** 2
         s = senses
-        noise = process_noise(
-            s.accel_noise_mps2_rthz, s.gyro_noise_radps_rthz, s.accel_walk_mps3_rthz, s.gyro_walk_radps2_rthz, PREDICT_S
-        )
+        densities = s.accel_noise_mps2_rthz, s.gyro_noise_radps_rthz
+        walks = s.accel_walk_mps3_rthz, s.gyro_walk_radps2_rthz
+        noise = process_noise(*densities, *walks, PREDICT_S)
+        noise[:3] = 2.0 * self.wander_variance_m2 / receiver.wander_time_s * PREDICT_S
         self.filter = StockFilter(nav, noise) if stock else KernelFilter(nav, noise)
         self._senses, self._offset = senses, origin_offset_ned_m
         self._field = np.array(field_ned_gauss)
-        self._fix_sigma = np.array([fix_sigma[0]] * 2 + [fix_sigma[1]] + [fix_sigma[2]] * 3)
         self._fix_R = np.diag(self._fix_sigma**2)
         self._baro_R = np.array([[s.baro_noise_m**2 + s.baro_drift_m**2]])
         self._mag_R = np.eye(3) * s.mag_noise_gauss**2
-        self.params = params
-
         self._b = self.book[0]
         n = nav[0]
         self._fix, self._baro, self._mag, self._imu = n["fix"], n["baro_alt_m"], n["mag"], n["imu"]
-        self._q, self._pose = n["q_ned_frd"], np.ndarray(6, np.float64, nav, NAV.fields["position_ned_m"][1])
+        self._pose, self._q = n["pose"], n["q_ned_frd"]
         self.running = False
 
     def step(self, frame: int, has: int) -> None:
-        """One frame at the horizon: predict, then fuse what was measured at its end. `frame` counts the newest."""
+        """One frame at the horizon: predict, then fuse what was measured at its end."""
         slot = (frame - HORIZON_FRAMES) % RING
         if not self.running:
             if frame > HORIZON_FRAMES:
@@ -216,12 +111,14 @@ class Ekf:
             self._fuse_baro(slot)
         if has & HAS_MAG:
             z, expected = self._mag[slot], mag_expected(self._q, self._field)
-            self._fuse(z, expected, mag_jacobian(self._q, self._field), self._mag_R, self.params["EKF2_MAG_GATE"])
+            self._fuse(
+                z, expected, mag_jacobian(self._q, self._field), self._mag_R, self.params["EKF2_MAG_GATE"]
+            )
         catch_up(self.nav)
 
     def _fuse(self, z: FloatArray, expected: FloatArray, H: FloatArray, R: FloatArray, gate: float) -> bool:
         """Fuse one measurement unless a component lies beyond `gate` standard deviations."""
-        if _worst_ratio(self.filter.P, z - expected, H, R) > gate * gate:
+        if worst_ratio(self.filter.P, z - expected, H, R) > gate * gate:
             return False
         self.filter.update(z, lambda _: H, lambda _: expected, R=R)
         inject(self.nav, self.filter.x, self.filter.P)
@@ -249,7 +146,11 @@ class Ekf:
         book["baro_alt_m"] = self._baro[slot]
         height = self._baro[slot] - book["baro_bias_m"] - book["origin"][2]
         self._fuse(
-            np.array([height]), np.array([-self._pose[2]]), _BARO_H, self._baro_R, self.params["EKF2_BARO_GATE"]
+            np.array([height]),
+            np.array([-self._pose[2]]),
+            _BARO_H,
+            self._baro_R,
+            self.params["EKF2_BARO_GATE"],
         )
 
     def _reset_to(self, z: FloatArray) -> None:
@@ -297,7 +198,7 @@ class Ekf:
         catch_up(self.nav)
 
     def fixes_fresh(self, frame: int) -> bool:
-        """Whether position and velocity rest on fixes, or were dead-reckoned for no longer than PX4 allows."""
+        """Whether position and velocity rest on fixes, or are dead-reckoned for no longer than PX4 does."""
         return self.running and frame - int(self._b["fix_frame"]) <= _DEAD_RECKONING_FRAMES
 
     def arrays(self) -> tuple[np.ndarray, ...]:

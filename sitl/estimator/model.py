@@ -1,24 +1,43 @@
 """What the estimator believes of the world: strapdown equations, their error model, the measurements.
 
-Nominal state: position and velocity (NED), attitude, gyro and accelerometer bias (16 numbers). Error state, 15: δp, δv,
-δθ in the body (q = q̂ ⊗ exp δθ), δω_b, δa_b; Solà, "Quaternion kinematics for the error-state Kalman filter" (2017),
-sections 5.3 and 6. The filter lives at a horizon HORIZON_FRAMES ago, where every measurement has arrived; the output
-is the nominal state at the horizon carried through the IMU samples since then.
+Nominal state: position and velocity (NED), attitude, gyro and accelerometer bias (16 numbers). Error state,
+15: δp, δv, δθ in the body (q = q̂ ⊗ exp δθ), δω_b, δa_b; Solà, "Quaternion kinematics for the error-state
+Kalman filter" (2017), sections 5.3 and 6. The filter lives at a horizon HORIZON_FRAMES ago, where every
+measurement has arrived; the output is the nominal state at the horizon carried through the IMU samples
+since then.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from sitl.kernels import kernel
 
 from sitl.geo import GRAVITY_MPS2
-from sitl.rotation import Quaternion, Triple, exponential, matrix, multiply, normalized, rotate, unrotate
-from sitl.signals import FloatArray
+from sitl.kernels import FloatArray, Quaternion, Triple, kernel
+from sitl.rotation import exponential, matrix, multiply, normalized, rotate, unrotate
 
 __all__ = [
-    "HAS_BARO", "HAS_FIX", "HAS_MAG", "HORIZON_FRAMES", "IMU_S", "NAV", "PREDICT_S", "RING", "STATES",
-    "advance_horizon", "catch_up", "inject", "mag_expected", "mag_jacobian", "predict_covariance", "process_noise", "propagate", "report", "tick", "transition",
-]  # fmt: skip
+    "HAS_BARO",
+    "HAS_FIX",
+    "HAS_MAG",
+    "HORIZON_FRAMES",
+    "IMU_S",
+    "NAV",
+    "PREDICT_S",
+    "RING",
+    "STATES",
+    "advance_horizon",
+    "catch_up",
+    "inject",
+    "mag_expected",
+    "mag_jacobian",
+    "new_nav",
+    "predict_covariance",
+    "process_noise",
+    "propagate",
+    "report",
+    "tick",
+    "transition",
+]
 
 STATES = 15
 IMU_S = 0.005
@@ -27,14 +46,10 @@ HORIZON_FRAMES = 12
 RING = 16
 HAS_FIX, HAS_BARO, HAS_MAG = 1, 2, 4
 
-POSE = [
-    ("position_ned_m", "f8", 3),
-    ("velocity_ned_mps", "f8", 3),
-    ("q_ned_frd", "f8", 4),
-]
 NAV = np.dtype(
     [
-        *POSE,  # at the horizon
+        ("pose", "f8", 6),  # at the horizon: position, velocity
+        ("q_ned_frd", "f8", 4),
         ("gyro_bias", "f8", 3),
         ("accel_bias", "f8", 3),
         ("out_position_ned_m", "f8", 3),
@@ -57,10 +72,15 @@ NAV = np.dtype(
 """Nominal state, output, and the samples of the last RING frames by frame number."""
 
 
+def new_nav() -> np.ndarray:
+    """One NAV that knows nothing yet."""
+    nav = np.zeros(1, NAV)
+    nav["q_ned_frd"] = nav["out_q_ned_frd"] = 1.0, 0.0, 0.0, 0.0
+    return nav
+
+
 @kernel
-def propagate(
-    p: FloatArray, v: FloatArray, q: FloatArray, force: Triple, rate: Triple, dt: float
-) -> Triple:
+def propagate(p: FloatArray, v: FloatArray, q: FloatArray, force: Triple, rate: Triple, dt: float) -> Triple:
     """Move p, v, q by bias-free means of specific force and rate; the NED acceleration meant by them.
 
     The force is turned at the middle of the interval, position takes the trapezoid.
@@ -80,9 +100,11 @@ def propagate(
 
 
 @kernel
-def report(navs: np.ndarray, P: FloatArray, told: FloatArray) -> None:
-    """Fill `told`: the output's position, velocity, q, rate, acceleration, both biases, and NED variances of
-    position, velocity and attitude.
+def report(navs: np.ndarray, P: FloatArray, wander_variance_m2: FloatArray, told: FloatArray) -> None:
+    """Fill `told` with what an Estimate says.
+
+    Position, velocity, q, rate, acceleration, gyro and accelerometer bias; then the NED variances of position,
+    velocity and attitude.
     """
     nav = navs[0]
     told[0:3] = nav.out_position_ned_m
@@ -94,7 +116,7 @@ def report(navs: np.ndarray, P: FloatArray, told: FloatArray) -> None:
     told[19:22] = nav.accel_bias
     r = matrix(nav.out_q_ned_frd)
     for i in range(3):
-        told[22 + i] = P[i, i]
+        told[22 + i] = P[i, i] + wander_variance_m2[i]
         told[25 + i] = P[3 + i, 3 + i]
         told[28 + i] = 0.0
         for j in range(3):
@@ -124,21 +146,22 @@ def tick(nav: np.record, k: int) -> None:
 
 @kernel
 def advance_horizon(nav: np.record) -> int:
-    """End the newest frame and carry the nominal state through the horizon's; what was measured at its end."""
-    nav.frame += 1
-    slot = (nav.frame - HORIZON_FRAMES) % RING
+    """End the newest frame and carry the nominal state through the horizon's; what was measured then."""
+    frame = nav.frame + 1
+    nav.frame = frame
+    slot = (frame - HORIZON_FRAMES) % RING
     if not nav.running:
-        return nav.has[slot]
+        return int(nav.has[slot])
     f0, w0 = _corrected(nav, slot, 0)
     f1, w1 = _corrected(nav, slot, 1)
-    propagate(nav.position_ned_m, nav.velocity_ned_mps, nav.q_ned_frd, f0, w0, IMU_S)
+    propagate(nav.pose[:3], nav.pose[3:], nav.q_ned_frd, f0, w0, IMU_S)
     for i in range(4):
         nav.mean_q[i] = nav.q_ned_frd[i]
-    propagate(nav.position_ned_m, nav.velocity_ned_mps, nav.q_ned_frd, f1, w1, IMU_S)
+    propagate(nav.pose[:3], nav.pose[3:], nav.q_ned_frd, f1, w1, IMU_S)
     for i in range(3):
         nav.mean_force[i] = 0.5 * (f0[i] + f1[i])
         nav.mean_rate[i] = 0.5 * (w0[i] + w1[i])
-    return nav.has[slot]
+    return int(nav.has[slot])
 
 
 @kernel
@@ -146,8 +169,8 @@ def catch_up(navs: np.ndarray) -> None:
     """Make the output anew: the nominal state carried through every sample since the horizon."""
     nav = navs[0]
     p, v, q = nav.out_position_ned_m, nav.out_velocity_ned_mps, nav.out_q_ned_frd
-    p[:] = nav.position_ned_m
-    v[:] = nav.velocity_ned_mps
+    p[:] = nav.pose[:3]
+    v[:] = nav.pose[3:]
     q[:] = nav.q_ned_frd
     for frame in range(nav.frame - HORIZON_FRAMES + 1, nav.frame):
         for k in range(2):
@@ -158,7 +181,7 @@ def catch_up(navs: np.ndarray) -> None:
 @kernel
 def _blocks(q: Quaternion, force: Triple, rate: Triple, dt: float) -> tuple:
     """dt·∂v̇/∂θ = -R [f]× dt, dt·∂v̇/∂a_b = -R dt, and exp(-[ω]× dt); each 3×3 by rows."""
-    r = matrix((q[0], q[1], q[2], q[3]))
+    r = matrix(q)
     fx, fy, fz = dt * force[0], dt * force[1], dt * force[2]
     t = matrix(exponential((-dt * rate[0], -dt * rate[1], -dt * rate[2])))
     a = (
@@ -171,8 +194,9 @@ def _blocks(q: Quaternion, force: Triple, rate: Triple, dt: float) -> tuple:
 
 @kernel
 def transition(q: FloatArray, force: FloatArray, rate: FloatArray, dt: float) -> FloatArray:
-    """The error state's 15×15 transition over `dt`, first order in dt but for the turn; `q` at mid-interval."""
-    a, r, t = _blocks(q, force, rate, dt)
+    """The error state's 15×15 transition over `dt`, first order in dt but for the turn; `q` is mid-way."""
+    q_tuple, f, w = (q[0], q[1], q[2], q[3]), (force[0], force[1], force[2]), (rate[0], rate[1], rate[2])
+    a, r, t = _blocks(q_tuple, f, w, dt)
     F = np.eye(STATES)
     for i in range(3):
         F[i, 3 + i] = dt
@@ -203,7 +227,7 @@ def _sweep(P: FloatArray, out: FloatArray, a: tuple, r: tuple, t: tuple, dt: flo
 def predict_covariance(
     P: FloatArray, work: FloatArray, navs: np.ndarray, noise: FloatArray, dt: float
 ) -> None:
-    """P := F P Fᵀ + diag(noise) at the horizon's frame, in place and exactly symmetric; `work` is (15, 15)."""
+    """P := F P Fᵀ + diag(noise) at the horizon's frame, in place, exactly symmetric; `work` is (15, 15)."""
     nav = navs[0]
     q, f, w = nav.mean_q, nav.mean_force, nav.mean_rate
     a, r, t = _blocks((q[0], q[1], q[2], q[3]), (f[0], f[1], f[2]), (w[0], w[1], w[2]), dt)
@@ -233,8 +257,8 @@ def inject(navs: np.ndarray, error: FloatArray, P: FloatArray) -> None:
     nav = navs[0]
     theta = (error[6], error[7], error[8])
     for i in range(3):
-        nav.position_ned_m[i] += error[i]
-        nav.velocity_ned_mps[i] += error[3 + i]
+        nav.pose[i] += error[i]
+        nav.pose[3 + i] += error[3 + i]
         nav.gyro_bias[i] += error[9 + i]
         nav.accel_bias[i] += error[12 + i]
     q = normalized(multiply(nav.q_ned_frd, exponential(theta)))

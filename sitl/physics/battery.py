@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from sitl.kernels import kernel
 
 from sitl.airframe import Airframe
+from sitl.kernels import kernel
 
 __all__ = ["PACK", "drain", "new_pack"]
 
@@ -31,14 +31,15 @@ PACK = np.dtype(
 
 def new_pack(airframe: Airframe) -> np.ndarray:
     """One PACK, full."""
-    pack, sheet = np.zeros(1, PACK), airframe.battery
+    packs, sheet = np.zeros(1, PACK), airframe.battery
+    pack = packs[0]
     pack["capacity_ah"] = sheet.capacity_ah
     pack["full_v"] = pack["voltage_v"] = sheet.cells * sheet.cell_full_v
     pack["empty_v"] = sheet.cells * sheet.cell_empty_v
     pack["resistance_ohm"] = sheet.resistance_ohm
     pack["efficiency"] = sheet.motor_efficiency
     pack["avionics_w"] = sheet.avionics_w
-    return pack
+    return packs
 
 
 @kernel
@@ -48,6 +49,7 @@ def drain(pack: np.record, shaft_power_w: float, dt_s: float) -> None:
     open_v = pack.empty_v + left * (pack.full_v - pack.empty_v)
     power = shaft_power_w / pack.efficiency + pack.avionics_w
     room = max(0.0, open_v * open_v - 4.0 * pack.resistance_ohm * power)
-    pack.current_a = (open_v - math.sqrt(room)) / (2.0 * pack.resistance_ohm)
-    pack.voltage_v = open_v - pack.resistance_ohm * pack.current_a
-    pack.used_ah += pack.current_a * dt_s / 3600.0
+    current = (open_v - math.sqrt(room)) / (2.0 * pack.resistance_ohm)
+    pack.current_a = current
+    pack.voltage_v = open_v - pack.resistance_ohm * current
+    pack.used_ah += current * dt_s / 3600.0

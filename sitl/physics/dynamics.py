@@ -1,8 +1,8 @@
 """The body: six degrees of freedom, four lagging rotors, drag against the air, feet on the ground.
 
-Rotor i pulls with k ω² along -z, drags with c ω v across its shaft and twists with ±κ times its thrust; the airframe
-drags with ½ ρ A |v| v on each axis. Each foot is a spring and damper with Coulomb friction. Integrated by the classic
-Runge–Kutta method; the rotors' first-order lag, which nothing feeds back into, is taken exactly.
+Rotor i pulls with k ω² along -z, drags with c ω v across its shaft and twists with ±κ times its thrust; the
+airframe drags with ½ ρ A |v| v on each axis. Integrated by the classic Runge–Kutta method; the rotors'
+first-order lag, which nothing feeds back into, is taken exactly.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from sitl.kernels import kernel
 
 from sitl.airframe import Airframe
 from sitl.geo import GRAVITY_MPS2
-from sitl.rotation import Quaternion, Triple, multiply, normalized, rotate, unrotate
-from sitl.signals import FloatArray
+from sitl.kernels import FloatArray, Quaternion, Triple, kernel
+from sitl.physics.ground import ground_holds, ground_load
+from sitl.rotation import multiply, normalized, rotate, unrotate
 
 __all__ = ["BODY", "PLANT", "STEP_S", "new_body", "new_plant", "step"]
 
@@ -60,8 +60,6 @@ PLANT = np.dtype(
 AIR_DENSITY_KGPM3 = 1.225
 _FOOT_DAMPING_RATIO = 0.7
 _GRIP_PER_S = 20.0  # a sliding foot's viscous limit: stiff, yet slow enough for the step
-_STILL_MPS = 0.02
-_STILL_RADPS = 0.05
 
 
 def new_plant(airframe: Airframe, ground_down_m: float) -> np.ndarray:
@@ -90,7 +88,7 @@ def new_plant(airframe: Airframe, ground_down_m: float) -> np.ndarray:
     return plant
 
 
-def new_body(q_ned_frd: FloatArray, position_ned_m: FloatArray) -> np.ndarray:
+def new_body(q_ned_frd: Quaternion, position_ned_m: Triple) -> np.ndarray:
     """One BODY at rest with its rotors still."""
     body = np.zeros(1, BODY)
     body["q_ned_frd"] = q_ned_frd
@@ -99,9 +97,7 @@ def new_body(q_ned_frd: FloatArray, position_ned_m: FloatArray) -> np.ndarray:
 
 
 @kernel
-def _air_load(
-    velocity: Triple, q: Quaternion, rate: Triple, rotor: Quaternion, plant: np.record
-) -> tuple[Triple, Triple]:
+def _air_load(velocity: Triple, q: Quaternion, rotor: Quaternion, plant: np.record) -> tuple[Triple, Triple]:
     """Force and torque of the air, FRD."""
     wind = plant.wind_ned_mps
     vx, vy, vz = unrotate(q, (velocity[0] - wind[0], velocity[1] - wind[1], velocity[2] - wind[2]))
@@ -125,43 +121,21 @@ def _air_load(
 
 
 @kernel
-def _ground_load(
-    position: Triple, velocity: Triple, q: Quaternion, rate: Triple, plant: np.record
-) -> tuple[Triple, Triple]:
-    """Force and torque of the feet, FRD."""
-    fx = fy = fz = tx = ty = tz = 0.0
-    for i in range(4):
-        x, y, z = plant.foot_frd_m[i, 0], plant.foot_frd_m[i, 1], plant.foot_frd_m[i, 2]
-        sink = position[2] + rotate(q, (x, y, z))[2] - plant.ground_down_m
-        if sink <= 0.0:
-            continue
-        swing = rotate(q, (rate[1] * z - rate[2] * y, rate[2] * x - rate[0] * z, rate[0] * y - rate[1] * x))
-        un, ue, ud = velocity[0] + swing[0], velocity[1] + swing[1], velocity[2] + swing[2]
-        normal = max(0.0, plant.foot_spring_npm * sink + plant.foot_damper_nspm * ud)
-        slide = math.sqrt(un * un + ue * ue)
-        grip = plant.foot_grip_nspm
-        if grip * slide > plant.friction * normal:
-            grip = plant.friction * normal / slide
-        ax, ay, az = unrotate(q, (-grip * un, -grip * ue, -normal))
-        fx += ax
-        fy += ay
-        fz += az
-        tx += y * az - z * ay
-        ty += z * ax - x * az
-        tz += x * ay - y * ax
-    return (fx, fy, fz), (tx, ty, tz)
-
-
-@kernel
 def _slope(
-    position: Triple, velocity: Triple, q: Quaternion, rate: Triple, rotor: Quaternion, near: bool, plant: np.record
+    position: Triple,
+    velocity: Triple,
+    q: Quaternion,
+    rate: Triple,
+    rotor: Quaternion,
+    near: bool,
+    plant: np.record,
 ) -> tuple[Triple, Triple, Triple]:
     """Acceleration (NED), specific force (FRD) and angular acceleration (FRD): Newton and Euler."""
-    force, torque = _air_load(velocity, q, rate, rotor, plant)
+    force, torque = _air_load(velocity, q, rotor, plant)
     fx, fy, fz = force
     tx, ty, tz = torque
     if near:
-        force, torque = _ground_load(position, velocity, q, rate, plant)
+        force, torque = ground_load(position, velocity, q, rate, plant)
         fx, fy, fz = fx + force[0], fy + force[1], fz + force[2]
         tx, ty, tz = tx + torque[0], ty + torque[1], tz + torque[2]
     sx, sy, sz = fx / plant.mass_kg, fy / plant.mass_kg, fz / plant.mass_kg
@@ -201,30 +175,13 @@ def _simpson(a: Triple, b: Triple, c: Triple, d: Triple) -> Triple:
 
 
 @kernel
-def _held(position: Triple, velocity: Triple, q: Quaternion, rate: Triple, rotor: Quaternion, plant: np.record) -> bool:
-    """Whether the ground holds it: all feet down, hardly moving, and the load inside the friction cone.
-
-    A standing vehicle is then left exactly where it is; regularised friction alone would let it creep in the wind.
-    """
-    if velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2 > _STILL_MPS**2:
-        return False
-    if rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2 > _STILL_RADPS**2:
-        return False
+def _spin(speed: FloatArray, plant: np.record, target: FloatArray) -> None:
+    """Half a step of the rotors' lag. Below 1e-6 rad/s they stand, lest the floats denormalise."""
     for i in range(4):
-        foot = (plant.foot_frd_m[i, 0], plant.foot_frd_m[i, 1], plant.foot_frd_m[i, 2])
-        if position[2] + rotate(q, foot)[2] <= plant.ground_down_m:
-            return False
-    force, torque = _air_load(velocity, q, rate, rotor, plant)
-    fn, fe, fd = rotate(q, force)
-    weight = fd + plant.mass_kg * GRAVITY_MPS2
-    x, y, z = abs(plant.foot_frd_m[0, 0]), abs(plant.foot_frd_m[0, 1]), plant.foot_frd_m[0, 2]
-    return bool(
-        weight > 0.0
-        and fn * fn + fe * fe <= (plant.friction * weight) ** 2
-        and abs(torque[0] - z * force[1]) <= weight * y
-        and abs(torque[1] + z * force[0]) <= weight * x
-        and abs(torque[2]) <= plant.friction * weight * min(x, y)
-    )
+        decay = plant.decay_up if target[i] > speed[i] else plant.decay_down
+        speed[i] = target[i] + (speed[i] - target[i]) * decay
+        if speed[i] < 1e-6:
+            speed[i] = 0.0
 
 
 @kernel
@@ -233,20 +190,16 @@ def step(body: np.record, plant: np.record, target_speed_radps: FloatArray) -> N
     h = STEP_S
     s = body.rotor_speed_radps
     rotor0 = (s[0], s[1], s[2], s[3])
-    for i in range(4):
-        decay = plant.decay_up if target_speed_radps[i] > s[i] else plant.decay_down
-        s[i] = target_speed_radps[i] + (s[i] - target_speed_radps[i]) * decay
+    _spin(s, plant, target_speed_radps)
     rotor1 = (s[0], s[1], s[2], s[3])
-    for i in range(4):
-        decay = plant.decay_up if target_speed_radps[i] > s[i] else plant.decay_down
-        s[i] = target_speed_radps[i] + (s[i] - target_speed_radps[i]) * decay
+    _spin(s, plant, target_speed_radps)
     rotor2 = (s[0], s[1], s[2], s[3])
 
     p, v, q, w = body.position_ned_m, body.velocity_ned_mps, body.q_ned_frd, body.rate_frd_radps
     p0, v0, w0 = (p[0], p[1], p[2]), (v[0], v[1], v[2]), (w[0], w[1], w[2])
     q0 = (q[0], q[1], q[2], q[3])
     near = p0[2] > plant.ground_down_m - 1.0
-    if near and _held(p0, v0, q0, w0, rotor1, plant):
+    if near and ground_holds(p0, v0, q0, w0, *_air_load(v0, q0, rotor1, plant), plant):
         v[:] = 0.0
         w[:] = 0.0
         f = unrotate(q0, (0.0, 0.0, -GRAVITY_MPS2))

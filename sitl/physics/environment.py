@@ -1,8 +1,8 @@
 """The air that moves: a mean wind and Dryden's turbulence in its low-altitude form (MIL-F-8785C, 3.7.3).
 
-Below 1000 ft, with height h in feet and the mean wind W at 20 ft: L_w = h, L_u = L_v = h / (0.177 + 0.000823 h)^1.2,
-σ_w = 0.1 W, σ_u = σ_v = σ_w / (0.177 + 0.000823 h)^0.4. u lies along the mean wind. The forming filters are run at
-the frame rate with exact poles; time scales are L over the airspeed.
+Below 1000 ft, with height h in feet and the mean wind W at 20 ft: L_w = h and L_u = L_v = h / (0.177 +
+0.000823 h)^1.2, σ_w = 0.1 W, σ_u = σ_v = σ_w / (0.177 + 0.000823 h)^0.4. u lies along the mean wind, v
+across it. The forming filters run at the frame rate with exact poles; time scales are L over the airspeed.
 """
 
 from __future__ import annotations
@@ -10,9 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from sitl.kernels import kernel
 
-from sitl.signals import FloatArray
+from sitl.kernels import FloatArray, kernel
 
 __all__ = ["AIR", "GUST_NORMALS", "blow"]
 
@@ -25,19 +24,21 @@ _FOOT_M = 0.3048
 
 @kernel
 def _lag(state: FloatArray, at: int, decay: float, drive: float) -> float:
-    """Output of σ √(L/πV) (1 + √3 T s) / (1 + T s)², as √3 / (1 + T s) + (1 - √3) / (1 + T s)²; unit variance
-    of the drive gives 2 of the output.
-    """
+    """The next output of (1 + √3 T s) / (1 + T s)² in partial fractions; its variance is 2."""
     fresh = math.sqrt(1.0 - decay * decay) * drive
     state[at + 1] = decay * state[at + 1] + (1.0 - decay) * (state[at] + 0.5 * fresh)
     state[at] = decay * state[at] + fresh
     root3 = math.sqrt(3.0)
-    return root3 * state[at] + (1.0 - root3) * state[at + 1]
+    return float(root3 * state[at] + (1.0 - root3) * state[at + 1])
 
 
 @kernel
 def blow(
-    air: np.record, height_m: float, velocity_ned_mps: FloatArray, normals: FloatArray, dt_s: float,
+    air: np.record,
+    height_m: float,
+    velocity_ned_mps: FloatArray,
+    normals: FloatArray,
+    dt_s: float,
     wind_ned_mps: FloatArray,
 ) -> None:
     """Put the wind of the next `dt_s` into `wind_ned_mps`."""

@@ -1,26 +1,35 @@
 """The senses: truth made worse. Each has a random stream of its own, drawn ahead in blocks.
 
-An IMU sample is the mean over its interval, plus white noise, plus a bias that walks. A fix has a white error and one
-that wanders as a first-order Gauss–Markov process; it is true at its time and arrives `delay` later.
+An IMU sample is the mean over its interval, plus white noise, plus a bias that walks. A fix has a white
+error and one that wanders as a first-order Gauss–Markov process; it is true at its time and arrives 110 ms
+later.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
 
 import numpy as np
-from sitl.kernels import kernel
 
-from sitl.airframe import Senses
+from sitl.airframe import Receiver, Senses
 from sitl.geo import geodetic_of_ned
+from sitl.kernels import kernel
 from sitl.rotation import unrotate
 from sitl.signals import FloatArray, GeoPoint
 
 __all__ = [
-    "BARO_NORMALS", "GPS_DELAY_FRAMES", "GPS_GRADES", "GPS_NORMALS", "IMU_NORMALS", "MAG_NORMALS", "SENSED",
-    "GpsGrade", "measure_baro", "measure_fix", "measure_imu", "measure_mag", "new_sensed",
-]  # fmt: skip
+    "BARO_NORMALS",
+    "GPS_DELAY_FRAMES",
+    "GPS_NORMALS",
+    "IMU_NORMALS",
+    "MAG_NORMALS",
+    "SENSED",
+    "measure_baro",
+    "measure_fix",
+    "measure_imu",
+    "measure_mag",
+    "new_sensed",
+]
 
 IMU_S = 0.005
 BARO_S = 0.04
@@ -30,36 +39,6 @@ GPS_DELAY_FRAMES = 11
 
 IMU_NORMALS, GPS_NORMALS, BARO_NORMALS, MAG_NORMALS = 12, 9, 2, 3
 _BARO_DRIFT_TIME_S = 300.0
-
-
-class GpsGrade(NamedTuple):
-    """1-σ errors of a receiver; `wander` is the Gauss–Markov part and its time constant."""
-
-    white_h_m: float
-    white_v_m: float
-    wander_h_m: float
-    wander_v_m: float
-    wander_time_s: float
-    speed_mps: float
-    fix_type: int
-    satellites: int
-
-    @property
-    def sigma(self) -> tuple[float, float, float]:
-        """What the receiver reports: 1 σ of position, horizontally and vertically, and of speed."""
-        return (
-            math.hypot(self.white_h_m, self.wander_h_m),
-            math.hypot(self.white_v_m, self.wander_v_m),
-            self.speed_mps,
-        )
-
-
-GPS_GRADES: Final = {
-    # u-blox ZED-F9P, fixed ambiguities: 0.01 m + 1 ppm horizontally, 0.05 m/s; vertical 1.5 to 2 times.
-    "rtk": GpsGrade(0.012, 0.02, 0.008, 0.015, 60.0, 0.03, 6, 24),
-    # u-blox M9N under open sky: 1.5 m CEP over a day, of which most wanders.
-    "standard": GpsGrade(0.3, 0.45, 0.7, 1.05, 120.0, 0.1, 3, 16),
-}
 
 SENSED = np.dtype(
     [
@@ -78,14 +57,18 @@ SENSED = np.dtype(
         ("fix", "f8", (16, 6)),  # lat, lon, alt, velocity, by frame number modulo 16, until they arrive
         ("fix_valid", "i8", 16),
         ("fix_wander_m", "f8", 3),
-        ("fix_grade", "f8", 6),
+        ("fix_errors", "f8", 6),
     ]
 )
 
 
 def new_sensed(
-    senses: Senses, grade: GpsGrade, home: GeoPoint, field_ned_gauss: tuple[float, float, float],
-    normals: FloatArray, noise: bool,
+    senses: Senses,
+    receiver: Receiver,
+    home: GeoPoint,
+    field_ned_gauss: tuple[float, float, float],
+    normals: FloatArray,
+    noise: bool,
 ) -> np.ndarray:
     """One SENSED at power-on; ten `normals` set the IMU's biases, the baro's drift and the fix's wander."""
     sensed = np.zeros(1, SENSED)
@@ -102,14 +85,16 @@ def new_sensed(
     s["baro_noise_m"], s["baro_drift_sigma_m"] = senses.baro_noise_m, senses.baro_drift_m
     s["baro_drift_m"] = senses.baro_drift_m * normals[6]
     s["mag_noise_gauss"] = senses.mag_noise_gauss
-    s["fix_grade"] = grade[:6]
-    s["fix_wander_m"][:2] = grade.wander_h_m * normals[7:9]
-    s["fix_wander_m"][2] = grade.wander_v_m * normals[9]
+    s["fix_errors"] = receiver[:6]
+    s["fix_wander_m"][:2] = receiver.wander_h_m * normals[7:9]
+    s["fix_wander_m"][2] = receiver.wander_v_m * normals[9]
     return sensed
 
 
 @kernel
-def measure_imu(sensed: np.record, slot: int, force: FloatArray, rate: FloatArray, normals: FloatArray) -> None:
+def measure_imu(
+    sensed: np.record, slot: int, force: FloatArray, rate: FloatArray, normals: FloatArray
+) -> None:
     """Put the sample whose true means are `force` and `rate` into `slot`, and let the biases walk."""
     for i in range(3):
         sensed.imu[slot, i] = force[i] + sensed.imu_bias[i] + sensed.imu_white[0] * normals[i]
@@ -137,13 +122,17 @@ def measure_mag(sensed: np.record, q_ned_frd: FloatArray, normals: FloatArray) -
 
 @kernel
 def measure_fix(
-    sensed: np.record, frame: int, position_ned_m: FloatArray, velocity_ned_mps: FloatArray, normals: FloatArray,
+    sensed: np.record,
+    frame: int,
+    position_ned_m: FloatArray,
+    velocity_ned_mps: FloatArray,
+    normals: FloatArray,
     received: bool,
 ) -> None:
     """Take a fix at this frame; without reception the error still wanders."""
     white_h, white_v, wander_h, wander_v, wander_time, speed = (
-        sensed.fix_grade[0], sensed.fix_grade[1], sensed.fix_grade[2],
-        sensed.fix_grade[3], sensed.fix_grade[4], sensed.fix_grade[5],
+        sensed.fix_errors[0], sensed.fix_errors[1], sensed.fix_errors[2],
+        sensed.fix_errors[3], sensed.fix_errors[4], sensed.fix_errors[5],
     )  # fmt: skip
     decay = math.exp(-GPS_S / wander_time) if wander_time > 0.0 else 0.0
     fresh = math.sqrt(1.0 - decay * decay)
