@@ -109,6 +109,11 @@ class Simulator:
         """What the vehicle believes and says of itself."""
         return self._craft.report()
 
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """What the vehicle's parameters are now, by PX4's names."""
+        return self._craft.parameters
+
     def snapshot(self) -> SimulatorState:
         """The whole state, as a value. Take the events first: they are not part of it."""
         craft = self._craft

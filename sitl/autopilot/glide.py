@@ -2,7 +2,8 @@
 
 The horizontal plane is the complex plane (north + i·east), so that one rule serves it and the vertical line.
 Far from the goal the speed follows the braking parabola √(2A(d − A/2K²)), near it the line K·d, and both meet
-smoothly. Half of the acceleration brakes; the other half is left for the lag that the limit on jerk brings.
+smoothly; the acceleration follows the missing speed in the same two ways. Only half of the acceleration and
+half of the jerk are planned with: the rest makes up for their lag, so that nothing overshoots.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from sitl.signals import Estimate, Setpoint, vector
 
 __all__ = ["Glide", "GlideLimits", "start_glide", "step_glide", "stopping_point"]
 
-_K = 1.0  # 1/s, speed per distance near the goal
+_K = 0.8  # 1/s, speed per distance near the goal
+_PLANNED = 0.5
 _K_SPEED = 4.0 * _K  # 1/s, acceleration per missing speed: critically damped with _K
 
 _Number = TypeVar("_Number", float, complex)
@@ -123,7 +125,9 @@ def _approach(
     way = goal - p
     distance = abs(way)
     wanted_v = way * (min(speed, _braking_speed(distance, acceleration)) / distance) if distance else 0 * way
-    wanted_a = _limited((wanted_v - v) * _K_SPEED, acceleration)
+    missing_v = wanted_v - v
+    settling = math.sqrt(2.0 * _PLANNED * jerk * abs(missing_v))
+    wanted_a = _limited(missing_v * _K_SPEED, min(acceleration, settling))
     a = a + _limited(wanted_a - a, jerk * dt)
     v = v + a * dt
     return p + v * dt, v, a
@@ -135,13 +139,13 @@ def _limited(value: _Number, most: float) -> _Number:
 
 
 def _braking_speed(distance: float, acceleration: float) -> float:
-    brake = 0.5 * acceleration
+    brake = _PLANNED * acceleration
     knee = brake / _K**2
     return _K * distance if distance <= knee else math.sqrt(2.0 * brake * (distance - 0.5 * knee))
 
 
 def _stopping_distance(v: _Number, acceleration: float) -> _Number:
-    brake = 0.5 * acceleration
+    brake = _PLANNED * acceleration
     speed = abs(v)
     if speed <= brake / _K:
         return v * (1.0 / _K)
