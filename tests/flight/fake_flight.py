@@ -101,8 +101,8 @@ class Air:
         return out
 
 
-def fly(session, px4, until=None, limit_s=600.0, step_us=10_000, down=None, up=None, each=None):
-    """Step both every 10 ms until the session has an outcome (or `until()`); the simulated end in us."""
+def fly(session, px4, until=None, limit_s=600.0, step_us=20_000, down=None, up=None, each=None):
+    """Step both every 20 ms until the session has an outcome (or `until()`); the simulated end in us."""
     now_us, received = 5_000_000, b""
     up, down = up or (lambda frames: frames), down or (lambda frames: frames)
     while now_us < 5_000_000 + limit_s * 1e6:
