@@ -143,7 +143,8 @@ def _checked(s: Situation) -> bool:
         s.vehicle, s.profile, s.reference.extremes(), battery_min_pct=s.config.battery_min_pct
     )
     for severity, text in findings:
-        s.tell(severity, text)
+        if severity == "warning":
+            s.tell(severity, text)
     errors = [text for severity, text in findings if severity == "error"]
     if errors:
         raise LimitError("; ".join(errors))
@@ -194,7 +195,7 @@ def _prepare_join(s: Situation) -> None:
     yaw = s.vehicle.yaw_ned_rad
     here = Target(s.vehicle.position_ned_m, still, still, first.yaw_ned_rad if math.isnan(yaw) else yaw, 0.0)
     join = Reference.move(here, first, speed_mps=_JOIN_MPS, yaw_rate_radps=_JOIN_RADPS)
-    s.follower = Follower(join, s.config.governor, s.clock.at(s.now_us), Pace(0.0, 0.0, 0.0))
+    s.follower = Follower(join, s.config.governor, s.clock.at(s.now_us), pace=Pace(0.0, 0.0, 0.0))
 
 
 def _prestreamed(s: Situation) -> bool:
@@ -217,7 +218,8 @@ def _follows(s: Situation) -> bool:
 
 def _prepare_stream(s: Situation) -> None:
     assert s.reference is not None
-    s.follower = Follower(s.reference, s.config.governor, s.clock.at(s.now_us))
+    lead_s = s.profile.lead_s
+    s.follower = Follower(s.reference, s.config.governor, s.clock.at(s.now_us), lead_s=lead_s)
 
 
 def _finished(s: Situation) -> bool:

@@ -17,19 +17,32 @@ class Follower:
     Args:
         reference: the motion.
         limits: of the governor.
+        lead_s: how far ahead of path time the setpoint is taken, for what the vehicle takes to act on it.
         vehicle_us: the vehicle's time now.
         pace: the path time and its rate to begin with.
     """
 
     def __init__(
-        self, reference: Reference, limits: GovernorLimits, vehicle_us: float, pace: Pace | None = None
+        self,
+        reference: Reference,
+        limits: GovernorLimits,
+        vehicle_us: float,
+        *,
+        lead_s: float = 0.0,
+        pace: Pace | None = None,
     ) -> None:
         self.reference = reference
         self.pace = pace or Pace()
         self.error_m = 0.0
         self._limits = limits
+        self._lead_s = lead_s
         self._vehicle_us = vehicle_us
         self._speed_mps = 0.0
+
+    @property
+    def due(self) -> Target:
+        """Where the vehicle is meant to be by now: the reference without the lead."""
+        return self.reference.at(*self.pace)
 
     @property
     def finished(self) -> bool:
@@ -56,4 +69,5 @@ class Follower:
             self._vehicle_us = vehicle_us
         wanted = 0.0 if hold else wanted_rate(self.error_m, self._limits)
         self.pace = advance(self.pace, dt_s, wanted, self._speed_mps, self._limits)
-        return self.reference.at(*self.pace)
+        path_t_s, rate, rate_change_per_s = self.pace
+        return self.reference.at(path_t_s + rate * self._lead_s, rate, rate_change_per_s)

@@ -29,6 +29,8 @@ class Profile:
         climb: the modes that it goes through in a commanded take-off.
         telemetry_hz: the streams that the session lives on, by message id; all others are switched off.
         kept: messages that are answers or notices, never switched off.
+        quiet: streams that begin only in flight, switched off beforehand.
+        lead_s: how long it takes to act on a setpoint; by so much they are sent ahead.
         pre_stream_s: for how long it wants to see setpoints before it will follow them.
         takeoff_params: of NAV_TAKEOFF, from the height to reach AMSL and above home.
         takeoff_within_m: how near to its take-off height it calls itself arrived.
@@ -51,6 +53,8 @@ class Profile:
     other_modes: tuple[Mode, ...]
     telemetry_hz: Mapping[int, float]
     kept: frozenset[int]
+    quiet: frozenset[int]
+    lead_s: float
     pre_stream_s: float
     takeoff_params: Callable[[float, float], tuple[float, ...]]
     takeoff_within_m: float

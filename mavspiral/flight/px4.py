@@ -2,7 +2,8 @@
 
 DO_SET_MODE is answered by two ACKs, of which only the second is the commander's: the HEARTBEAT alone tells.
 NAV_TAKEOFF wants a height above mean sea level, and NaN for "here". Without setpoints for COM_OF_LOSS_T it
-does what COM_OBL_RC_ACT says, and takes up OFFBOARD again by itself when they come back.
+does what COM_OBL_RC_ACT says, and takes up OFFBOARD again by itself when they come back. It does not
+interpolate between setpoints; with all feedforwards sent it lagged by 0.02 s without drag, 0.06 s with some.
 """
 
 from __future__ import annotations
@@ -59,6 +60,8 @@ PX4 = Profile(
             MessageId.STATUSTEXT,
         }
     ),
+    quiet=frozenset({MessageId.POSITION_TARGET_LOCAL_NED, MessageId.POSITION_TARGET_GLOBAL_INT}),
+    lead_s=0.05,
     pre_stream_s=1.0,
     takeoff_params=_takeoff_params,
     takeoff_within_m=1.0,

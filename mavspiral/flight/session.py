@@ -299,8 +299,11 @@ class Session:
             )
             if (gap_s := self._schedule.sent(s.now_us)) > _STALL_S:
                 s.tell("warning", f"no setpoint went out for {gap_s:.2f} s")
-        pace = (self.path_t_s, s.follower.pace.rate) if s.follower and target else _NO_PACE
-        self._recorder.row(s.now_us, vehicle_us, self._leg if target else NO_LEG, pace, target, s.vehicle)
+        if target is None or s.follower is None:
+            self._recorder.row(s.now_us, vehicle_us, NO_LEG, _NO_PACE, None, s.vehicle)
+        else:
+            pace = (self.path_t_s, s.follower.pace.rate)
+            self._recorder.row(s.now_us, vehicle_us, self._leg, pace, s.follower.due, s.vehicle)
 
     def _target(self, vehicle_us: float) -> Target | None:
         s, follower = self._s, self._s.follower

@@ -27,6 +27,7 @@ class TelemetryRequest:
         self.settled = False
         self._profile = profile
         self._pending = [(message_id, 1e6 / hz) for message_id, hz in profile.telemetry_hz.items()]
+        self._pending += [(message_id, _OFF) for message_id in sorted(profile.quiet)]
         self._listen_us = 0
         self._before: Counter[int] | None = None
 

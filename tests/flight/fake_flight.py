@@ -18,14 +18,14 @@ HOME = (-69.0, 49.0, 14.5)  # NED of the vehicle: its ground is at 2237 m, 3 m b
 
 
 class Helix:
-    """A level circle of 15 m round (20, 0), then a climb of 6 m a turn."""
+    """Two turns of 8 m round (20, 0), climbing 6 m a turn."""
 
     u_end_rad = 4 * math.pi
 
     def __call__(self, u_rad, order=0):
         u = np.asarray(u_rad, dtype=float)
         turn = order * math.pi / 2  # each derivative of cos and sin turns by a quarter
-        x, y = 15 * np.cos(u + turn), 15 * np.sin(u + turn)
+        x, y = 8 * np.cos(u + turn), 8 * np.sin(u + turn)
         z = (18 + 3 / math.pi * u, np.full_like(u, 3 / math.pi), np.zeros_like(u), np.zeros_like(u))[order]
         return np.stack([x + (20 if order == 0 else 0), y, z], axis=-1)
 
@@ -64,7 +64,7 @@ def line(name, start, end, yaw_enu_rad):
     return Leg(name, path, Steady(yaw_enu_rad), minimum_jerk_law(path.u_end_rad, duration_s))
 
 
-def make_trajectory(home_enu_m, helix_s=70.0):
+def make_trajectory(home_enu_m, helix_s=40.0):
     helix = Helix()
     above = np.asarray(home_enu_m) + np.array([0, 0, 20.0])
     begin, end = helix(0.0), helix(helix.u_end_rad)
@@ -101,8 +101,8 @@ class Air:
         return out
 
 
-def fly(session, px4, until=None, limit_s=600.0, step_us=10_000, down=None, up=None, each=None):
-    """Step both every 10 ms until the session has an outcome (or `until()`); the simulated end in us."""
+def fly(session, px4, until=None, limit_s=600.0, step_us=20_000, down=None, up=None, each=None):
+    """Step both every 20 ms until the session has an outcome (or `until()`); the simulated end in us."""
     now_us, received = 5_000_000, b""
     up, down = up or (lambda frames: frames), down or (lambda frames: frames)
     while now_us < 5_000_000 + limit_s * 1e6:
