@@ -179,7 +179,7 @@ def _spiral_at(
         for chosen, tolerance_m in ((~outlines.walking, FIT_M), (outlines.walking, WALK_FIT_M))
         if chosen.any()
     )
-    # From the phase of the first key with the last outline on, all keys with weight have that outline: settled.
+    # From the phase of the first key with the last outline on, no other outline has any weight.
     of_key = np.pad(outlines.of_key, (0, DEGREE), mode="edge")
     changes = np.flatnonzero(np.diff(of_key))
     settled_rad = (changes[-1] + 1) * key_rad if changes.size else 0.0

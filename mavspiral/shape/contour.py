@@ -76,8 +76,7 @@ def iso_line(
     cells = _onto_zero(contour[:, 0, :].astype(np.float64), field)
     if _area(cells) < 0.0:
         cells = cells[::-1]
-    spacing = max(SPACING_M / cell_m, 1.0)
-    cells = _onto_zero(_resampled(cells, _count(cells, spacing)), field)
+    cells = _onto_zero(_resampled(cells, _count(cells, SPACING_M / cell_m)), field)
     return Ring(origin_enu_m + cells * cell_m)
 
 
@@ -110,6 +109,9 @@ def corners_closed(outline: Ring, radius_m: float) -> Ring:
     along /= np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None]
     balls = points + radius_m * np.stack([along[:, 1], -along[:, 0]], axis=-1)
     stuck = _any_closer(balls, points, radius_m - TOUCH_M)
+    # At the kink itself the normal is the mean of two, and there a ball may seem to fit: one or two points alone
+    # are no place to stand.
+    stuck = ~_runs_of_three(~stuck)
     if not stuck.any() or stuck.all():
         return outline
     start = int(np.argmin(stuck))
@@ -124,6 +126,12 @@ def corners_closed(outline: Ring, radius_m: float) -> Ring:
     pieces.append(points[at:])
     whole = np.concatenate(pieces)
     return Ring(_resampled(whole, _count(whole, SPACING_M)))
+
+
+def _runs_of_three(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The mask, a ring, without its runs of one or two."""
+    inner = mask & np.roll(mask, 1) & np.roll(mask, -1)
+    return inner | np.roll(inner, 1) | np.roll(inner, -1)
 
 
 def _arc(start: FloatArray, end: FloatArray, centre: FloatArray) -> FloatArray:
