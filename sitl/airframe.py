@@ -185,9 +185,13 @@ def _section(name: str, kind: type, table: dict[str, Any]) -> Any:  # noqa: ANN4
     _demand_keys(f"[{name}]", table, set(kind.__dataclass_fields__))  # type: ignore[attr-defined]
     values: dict[str, object] = {}
     for key, value in table.items():
-        array = np.array(value, dtype=np.float64)
         shape = _SHAPES.get(key, ())
-        if array.shape != shape or not np.isfinite(array).all():
+        try:
+            array = np.array(value, dtype=np.float64)
+            fits = array.shape == shape and bool(np.isfinite(array).all())
+        except ValueError:
+            fits = False
+        if not fits:
             raise ValueError(f"[{name}] {key}: wanted finite numbers of shape {shape}, got {value!r}")
         array.setflags(write=False)
         values[key] = array if shape else float(array)

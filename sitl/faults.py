@@ -6,6 +6,7 @@ takes the fixes away for 20 s; `wind_step=8@30s` adds 8 m/s to the wind, along i
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 
@@ -78,6 +79,8 @@ def _fault(name: str, value: str | None, start_us: int, end_us: int | None) -> F
     if value is None:
         raise ValueError(value)
     if name == "wind_step":
+        if not math.isfinite(float(value)):
+            raise ValueError(value)
         return WindStep(start_us, end_us, float(value))
     motor, _, left = value.partition(":")
     fault = MotorLoss(start_us, end_us, int(motor), float(left))

@@ -123,7 +123,8 @@ class Vehicle:
         self._frame = 0
         self._demand: Demand | None = None
         self._received = True
-        self._changes_us = {us for fault in config.faults for us in (fault.start_us, fault.end_us)}
+        times_us = {us for fault in config.faults for us in (fault.start_us, fault.end_us) if us is not None}
+        self._fault_frames = {0} | {-(-us // FRAME_US) for us in times_us}
         self.params = config.params
 
     @property
@@ -150,16 +151,16 @@ class Vehicle:
         for frame in range(self._frame, until_us // FRAME_US):
             if frame % BLOCK_FRAMES == 0:
                 self._draw()
-            if frame * FRAME_US in self._changes_us or frame == 0:
+            if frame in self._fault_frames:
                 self._apply_faults(frame * FRAME_US)
             has = live(world, brain, noise, self._received)
             ekf.step(frame + 1, has)
             self._frame = frame + 1
 
     def _draw(self) -> None:
-        """Noise for the next block of frames, each sense from its own generator."""
-        if self.config.noise:
-            for generator, name in zip(self._generators, NOISE.names or (), strict=True):
+        """Noise for the next block of frames, each sense (and the gusts) from its own generator."""
+        for generator, name in zip(self._generators, NOISE.names or (), strict=True):
+            if self.config.noise or name == "gust":
                 generator.standard_normal(out=self._noise[name][0])
 
     def _apply_faults(self, time_us: int) -> None:

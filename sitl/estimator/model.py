@@ -103,7 +103,7 @@ def propagate(p: FloatArray, v: FloatArray, q: FloatArray, force: Triple, rate: 
 def report(navs: np.ndarray, P: FloatArray, wander_variance_m2: FloatArray, told: FloatArray) -> None:
     """Fill `told` with what an Estimate says.
 
-    Position, velocity, q, rate, acceleration, gyro and accelerometer bias; then the NED variances of position,
+    Position, velocity, q, rate, acceleration, gyro and accelerometer bias; then NED variances of position,
     velocity and attitude.
     """
     nav = navs[0]

@@ -14,6 +14,7 @@ __all__ = ["ground_holds", "ground_load"]
 
 _STILL_MPS = 0.02
 _STILL_RADPS = 0.05
+_SETTLED = 0.1
 
 
 @kernel
@@ -63,16 +64,20 @@ def ground_holds(
         return False
     if rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2 > _STILL_RADPS**2:
         return False
+    spring = 0.0
     for i in range(4):
         foot = (plant.foot_frd_m[i, 0], plant.foot_frd_m[i, 1], plant.foot_frd_m[i, 2])
-        if position[2] + rotate(q, foot)[2] <= plant.ground_down_m:
+        sink = position[2] + rotate(q, foot)[2] - plant.ground_down_m
+        if sink <= 0.0:
             return False
+        spring += plant.foot_spring_npm * sink
     fn, fe, fd = rotate(q, force)
     weight = fd + plant.mass_kg * GRAVITY_MPS2
+    if abs(spring - weight) > _SETTLED * weight:
+        return False  # still for a moment, at the turning point of a bounce
     x, y, z = abs(plant.foot_frd_m[0, 0]), abs(plant.foot_frd_m[0, 1]), plant.foot_frd_m[0, 2]
     return bool(
-        weight > 0.0
-        and fn * fn + fe * fe <= (plant.friction * weight) ** 2
+        fn * fn + fe * fe <= (plant.friction * weight) ** 2
         and abs(torque[0] - z * force[1]) <= weight * y
         and abs(torque[1] + z * force[0]) <= weight * x
         and abs(torque[2]) <= plant.friction * weight * min(x, y)
