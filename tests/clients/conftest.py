@@ -60,8 +60,11 @@ def start_vehicle():
         instance = free_instance() if instance is None else instance
         process = subprocess.Popen(
             [sys.executable, "-m", "sitl", "--instance", str(instance), *options],
-            cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        )  # fmt: skip
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
         vehicle = Vehicle(process, instance, [])
         ready = threading.Event()
 

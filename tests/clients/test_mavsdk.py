@@ -50,10 +50,15 @@ async def fly(vehicle):
         await offboard.start()
         reached = await first(
             telemetry.subscribe_position_velocity_ned(),
-            lambda p: abs(p.position.north_m - 5.0) + abs(p.position.east_m - 3.0) + abs(p.position.down_m + 8.0) < 0.6,
+            lambda p: (
+                abs(p.position.north_m - 5.0) + abs(p.position.east_m - 3.0) + abs(p.position.down_m + 8.0)
+                < 0.6
+            ),
         )
         assert reached is not None
-        await offboard.set_position_velocity_ned(PositionNedYaw(5.0, 3.0, -8.0, 0.0), VelocityNedYaw(0.0, 0.0, 0.0, 0.0))
+        await offboard.set_position_velocity_ned(
+            PositionNedYaw(5.0, 3.0, -8.0, 0.0), VelocityNedYaw(0.0, 0.0, 0.0, 0.0)
+        )
         await asyncio.sleep(0.2)
         assert await offboard.is_active()
         await offboard.stop()

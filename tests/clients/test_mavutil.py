@@ -67,7 +67,10 @@ def test_the_second_client_is_obeyed_but_hears_nothing(start_vehicle):
 def test_a_taken_port_is_said_in_one_line(start_vehicle):
     vehicle = start_vehicle()
     again = subprocess.run(
-        [sys.executable, "-m", "sitl", "--instance", str(vehicle.instance)], capture_output=True, text=True, timeout=60
+        [sys.executable, "-m", "sitl", "--instance", str(vehicle.instance)],
+        capture_output=True,
+        text=True,
+        timeout=60,
     )
     assert again.returncode == 2
     assert str(14580 + vehicle.instance) in again.stderr

@@ -24,7 +24,9 @@ def new_simulator(seed=0):
     airframe = load_airframe("x500")
     home = GeoPoint(19.435235, -99.146145, 2240.0)
     return Simulator(
-        SimulatorConfig(VehicleConfig(airframe=airframe, params=Params(airframe.params), home=home, seed=seed))
+        SimulatorConfig(
+            VehicleConfig(airframe=airframe, params=Params(airframe.params), home=home, seed=seed)
+        )
     )
 
 
@@ -112,7 +114,9 @@ def flying():
     return simulator, simulator.snapshot()
 
 
-absurd = st.one_of(st.floats(width=32), st.sampled_from([math.nan, math.inf, -math.inf, 3e38, -1e30, 21196.0]))
+absurd = st.one_of(
+    st.floats(width=32), st.sampled_from([math.nan, math.inf, -math.inf, 3e38, -1e30, 21196.0])
+)
 hostile = st.lists(
     st.one_of(
         st.binary(max_size=300),
@@ -129,9 +133,13 @@ hostile = st.lists(
             st.sampled_from([1, 7, 8, 9]),
         ),
         st.builds(
-            lambda value, name, kind: Codec(255, 190).encode(message_type("PARAM_SET")(value, 1, 1, name, kind)),
+            lambda value, name, kind: Codec(255, 190).encode(
+                message_type("PARAM_SET")(value, 1, 1, name, kind)
+            ),
             absurd,
-            st.sampled_from([b"COM_OF_LOSS_T", b"MIS_TAKEOFF_ALT", b"NAV_RCL_ACT", b"RTL_CONE_ANG", b"\xff\xfe"]),
+            st.sampled_from(
+                [b"COM_OF_LOSS_T", b"MIS_TAKEOFF_ALT", b"NAV_RCL_ACT", b"RTL_CONE_ANG", b"\xff\xfe"]
+            ),
             st.sampled_from([6, 9]),
         ),
         st.builds(
@@ -151,7 +159,9 @@ def any_message(number, filler):
 
 @given(hostile)
 @settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+    max_examples=60,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 def test_whatever_comes_the_flight_goes_on_and_telemetry_is_sent(flying, chunks):
     simulator, state = flying
