@@ -17,6 +17,7 @@ from sitl.vehicle import FRAME_US, Vehicle, VehicleConfig, VehicleState
 
 __all__ = ["Event", "Simulator", "SimulatorConfig", "SimulatorState", "Step"]
 
+_OFFBOARD = 0
 _LINK_RATES_HZ: tuple[Mapping[str, float], ...] = (OFFBOARD_RATES_HZ, GCS_RATES_HZ)
 
 
@@ -86,6 +87,7 @@ class Simulator:
         for link, data, out in zip(links, received, outs, strict=True):
             if data:
                 out += link.receive(data, craft, craft.time_us)
+        self._forward(outs)
         self._tell(outs)
         return tuple(map(bytes, outs))
 
@@ -129,6 +131,13 @@ class Simulator:
         self._craft.restore(state)
         for link, link_state in zip(self._links, state.links, strict=True):
             link.restore(link_state)
+
+    def _forward(self, outs: list[bytearray]) -> None:
+        """Pass heartbeats on from the ground station's link, as PX4's start script has it."""
+        for source in self._links[: len(outs)]:
+            heartbeats = source.take_heartbeats()
+            if source is not self._links[_OFFBOARD]:
+                outs[_OFFBOARD] += b"".join(map(self._links[_OFFBOARD].forward, heartbeats))
 
     def _tell(self, outs: list[bytearray]) -> None:
         for notice in self._craft.take_notices():

@@ -55,21 +55,13 @@ class Codec:
         self._received = 0
         self._rejected = 0
 
-    def encode(self, message: Message) -> bytes:
-        """The MAVLink 2 frame that carries the message."""
+    def encode(self, message: Message, sender: tuple[int, int] | None = None) -> bytes:
+        """The MAVLink 2 frame that carries the message; `sender` when it is passed on for another."""
         payload: bytes = message.LAYOUT.pack(message)
         payload = payload.rstrip(b"\0") or payload[:1]
-        header = _HEADER.pack(
-            _MAGIC,
-            len(payload),
-            0,
-            0,
-            self._sequence,
-            self.system,
-            self.component,
-            message.ID & 0xFFFF,
-            message.ID >> 16,
-        )
+        system, component = sender or (self.system, self.component)
+        low, high = message.ID & 0xFFFF, message.ID >> 16
+        header = _HEADER.pack(_MAGIC, len(payload), 0, 0, self._sequence, system, component, low, high)
         frame = header + payload
         self._sequence = (self._sequence + 1) & 0xFF
         return frame + _checksum(frame, message.LAYOUT.crc_extra)

@@ -120,7 +120,7 @@ def run(
     speedup: float = 1.0,
     after_frame: Callable[[], bool] = lambda: True,
 ) -> None:
-    """Drive `exchange` with simulated time, `speedup` times as fast as the clock, until `after_frame` says no.
+    """Drive `exchange` with simulated time, `speedup` times the clock's, until `after_frame` says no.
 
     Frames have absolute deadlines, so that lateness does not add up.
     """

@@ -106,6 +106,7 @@ class Px4Link:
         self._parameters = ParameterService()
         self._later: tuple[tuple[int, Message], ...] = ()
         self._hears_gcs = False
+        self._heartbeats: list[Received] = []
         self._told_origin: Message | None = None
         self._ping_sequence = 0
         self._text_number = 0
@@ -153,6 +154,15 @@ class Px4Link:
             self._codec.encode(_STATUSTEXT(severity, part, number, chunk)) for chunk, part in enumerate(parts)
         )
 
+    def take_heartbeats(self) -> list[Received]:
+        """The heartbeats heard since the last call, for other links to pass on."""
+        heartbeats, self._heartbeats = self._heartbeats, []
+        return heartbeats
+
+    def forward(self, received: Received) -> bytes:
+        """What another link heard, passed on."""
+        return self._codec.encode(received.message, (received.system, received.component))
+
     def snapshot(self) -> Px4LinkState:
         """All that this link remembers."""
         return Px4LinkState(
@@ -194,6 +204,7 @@ class Px4Link:
 
     def _on_heartbeat(self, received: Received, _helm: Helm, _now_us: int) -> list[Message]:
         self._hears_gcs |= received.message.type == common.MAV_TYPE_GCS
+        self._heartbeats.append(received)
         return []
 
     def _on_setpoint(self, received: Received, helm: Helm, _now_us: int) -> list[Message]:

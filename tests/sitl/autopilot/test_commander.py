@@ -20,9 +20,22 @@ NAN3 = vector([math.nan] * 3)
 def estimate(position, velocity, ok=True):
     zero = vector(np.zeros(3))
     return Estimate(
-        0, vector(position), vector(velocity), vector([1, 0, 0, 0], 4), zero, zero, zero, zero, zero, zero, zero,
-        ok, ok, ok, ok,
-    )  # fmt: skip
+        0,
+        vector(position),
+        vector(velocity),
+        vector([1, 0, 0, 0], 4),
+        zero,
+        zero,
+        zero,
+        zero,
+        zero,
+        zero,
+        zero,
+        ok,
+        ok,
+        ok,
+        ok,
+    )
 
 
 @dataclass
@@ -269,7 +282,9 @@ def test_another_mode_ends_the_failsafe_for_good():
     assert not flight.status.failsafe
 
 
-@pytest.mark.parametrize(("rate_hz", "mode"), [(0.95, Mode.OFFBOARD), (3.0, Mode.OFFBOARD), (0.8, Mode.RETURN)])
+@pytest.mark.parametrize(
+    ("rate_hz", "mode"), [(0.95, Mode.OFFBOARD), (3.0, Mode.OFFBOARD), (0.8, Mode.RETURN)]
+)
 def test_a_slow_stream_holds_offboard_down_to_just_below_one_hertz(rate_hz, mode):
     flight = Flight().airborne(20.0)
     here = setpoint([0.0, 0.0, -20.0])
@@ -329,7 +344,7 @@ def test_return_climbs_first_flies_home_and_lands_there():
     while flight.status.armed:
         flight.live(0.1)
         path.append(flight.body.position.copy())
-    north, east, down = np.array(path).T
+    north, _east, down = np.array(path).T
     assert down.min() == pytest.approx(-30.0, abs=0.1)
     assert north[down > -29.0].max() < far_m + 10.0
     assert (down[(north > 5.0) & (north < far_m - 1.0)] < -28.0).all()

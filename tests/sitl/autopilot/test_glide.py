@@ -57,7 +57,14 @@ PARAMS = {"RTL_RETURN_ALT": 30.0, "NAV_ACC_RAD": 2.0, "RTL_CONE_ANG": 45, "RTL_M
 
 @pytest.mark.parametrize(
     ("distance_m", "height_m", "expected_m"),
-    [(50.0, 5.0, 30.0), (50.0, 42.0, 42.0), (8.0, 3.0, 8.0), (3.0, 3.0, 4.0), (1.0, 0.5, 2.0), (1.0, 12.0, 12.0)],
+    [
+        (50.0, 5.0, 30.0),
+        (50.0, 42.0, 42.0),
+        (8.0, 3.0, 8.0),
+        (3.0, 3.0, 4.0),
+        (1.0, 0.5, 2.0),
+        (1.0, 12.0, 12.0),
+    ],
 )
 def test_the_way_home_is_high_far_out_and_low_near(distance_m, height_m, expected_m):
     assert return_height_m(distance_m, height_m, PARAMS) == pytest.approx(expected_m)

@@ -34,12 +34,26 @@ class Client:
         values = [*params, *[math.nan] * (7 - len(params))]
         named = {f"param{i}": float(value) for i, value in enumerate(values, start=1)}
         self.say(
-            "COMMAND_LONG", link, **named, command=number, target_system=system, target_component=component,
+            "COMMAND_LONG",
+            link,
+            **named,
+            command=number,
+            target_system=system,
+            target_component=component,
             confirmation=0,
-        )  # fmt: skip
+        )
 
     def heartbeat(self, link=0, kind=6):
-        self.say("HEARTBEAT", link, custom_mode=0, type=kind, autopilot=8, base_mode=0, system_status=4, mavlink_version=3)  # fmt: skip
+        self.say(
+            "HEARTBEAT",
+            link,
+            custom_mode=0,
+            type=kind,
+            autopilot=8,
+            base_mode=0,
+            system_status=4,
+            mavlink_version=3,
+        )
 
     def setpoint(self, position=None, velocity=None, mask=None, frame=1, system=1, component=1, **more):
         """A setpoint; groups that are left out are masked."""
@@ -47,10 +61,24 @@ class Client:
             mask = 0x1C0 | (0x007 if position is None else 0) | (0x038 if velocity is None else 0)
         x, y, z = position or (0.0,) * 3
         vx, vy, vz = velocity or (0.0,) * 3
-        fields = dict(
-            time_boot_ms=0, x=x, y=y, z=z, vx=vx, vy=vy, vz=vz, afx=0.0, afy=0.0, afz=0.0, yaw=0.0, yaw_rate=0.0,
-            type_mask=mask, target_system=system, target_component=component, coordinate_frame=frame,
-        )  # fmt: skip
+        fields = {
+            "time_boot_ms": 0,
+            "x": x,
+            "y": y,
+            "z": z,
+            "vx": vx,
+            "vy": vy,
+            "vz": vz,
+            "afx": 0.0,
+            "afy": 0.0,
+            "afz": 0.0,
+            "yaw": 0.0,
+            "yaw_rate": 0.0,
+            "type_mask": mask,
+            "target_system": system,
+            "target_component": component,
+            "coordinate_frame": frame,
+        }
         self.say("SET_POSITION_TARGET_LOCAL_NED", **(fields | more))
 
     def live(self, seconds, stream=None, every_us=20_000):
@@ -81,7 +109,9 @@ class Client:
     def airborne(self, height_m=10.0):
         self.until(lambda: self.flight.ready, 10.0)
         self.command(400, 1.0, 0.0)
-        self.command(22, 0, 0, 0, math.nan, math.nan, math.nan, self.simulator.report.origin.alt_amsl_m + height_m)
+        self.command(
+            22, 0, 0, 0, math.nan, math.nan, math.nan, self.simulator.report.origin.alt_amsl_m + height_m
+        )
         self.until(lambda: self.flight.mode.name == "TAKEOFF", 1.0)
         self.until(lambda: self.flight.mode.name == "HOLD", 30.0)
         self.live(2.0)
@@ -89,7 +119,30 @@ class Client:
 
     def quiet(self):
         """Switch all telemetry off."""
-        for message_id in (30, 31, 105, 33, 32, 331, 111, 141, 85, 36, 74, 24, 245, 1, 0, 49, 230, 4, 29, 2, 147, 242):
+        for message_id in (
+            30,
+            31,
+            105,
+            33,
+            32,
+            331,
+            111,
+            141,
+            85,
+            36,
+            74,
+            24,
+            245,
+            1,
+            0,
+            49,
+            230,
+            4,
+            29,
+            2,
+            147,
+            242,
+        ):
             self.command(511, message_id, -1)
         self.live(0.05)
         return self

@@ -8,11 +8,26 @@ import pytest
 from sitl.orders import Mode
 
 TELEMETRY_RATES_HZ = {
-    "ATTITUDE": 100, "ATTITUDE_QUATERNION": 50, "HIGHRES_IMU": 50, "GLOBAL_POSITION_INT": 50,
-    "LOCAL_POSITION_NED": 30, "ODOMETRY": 30, "ALTITUDE": 10, "SERVO_OUTPUT_RAW": 10, "VFR_HUD": 10, "TIMESYNC": 10,
-    "GPS_RAW_INT": 8, "EXTENDED_SYS_STATE": 5, "SYS_STATUS": 5, "HEARTBEAT": 1, "ESTIMATOR_STATUS": 1, "PING": 1,
-    "SYSTEM_TIME": 1, "BATTERY_STATUS": 0.5, "HOME_POSITION": 0.5,
-}  # fmt: skip
+    "ATTITUDE": 100,
+    "ATTITUDE_QUATERNION": 50,
+    "HIGHRES_IMU": 50,
+    "GLOBAL_POSITION_INT": 50,
+    "LOCAL_POSITION_NED": 30,
+    "ODOMETRY": 30,
+    "ALTITUDE": 10,
+    "SERVO_OUTPUT_RAW": 10,
+    "VFR_HUD": 10,
+    "TIMESYNC": 10,
+    "GPS_RAW_INT": 8,
+    "EXTENDED_SYS_STATE": 5,
+    "SYS_STATUS": 5,
+    "HEARTBEAT": 1,
+    "ESTIMATOR_STATUS": 1,
+    "PING": 1,
+    "SYSTEM_TIME": 1,
+    "BATTERY_STATUS": 0.5,
+    "HOME_POSITION": 0.5,
+}
 
 
 def acks(heard, pick):
@@ -108,7 +123,7 @@ def test_timesync_and_ping_are_answered(client, pick):
     client.say("TIMESYNC", tc1=0, ts1=77)
     client.say("PING", time_usec=5, seq=6, target_system=0, target_component=0)
     heard = client.live(0.01)
-    assert [m for m in pick(heard, "TIMESYNC") if m.ts1 == 77][0].tc1 == pytest.approx(1e9, abs=2e7)
+    assert next(m for m in pick(heard, "TIMESYNC") if m.ts1 == 77).tc1 == pytest.approx(1e9, abs=2e7)
     assert (5, 6, 255, 190) in pick(heard, "PING")
 
 
@@ -120,7 +135,9 @@ def test_the_parameter_list_begins_with_the_hash_and_is_complete(client, pick):
     assert [value.param_index for value in values[1:]] == list(range(values[0].param_count))
     names = [value.param_id for value in values[1:]]
     assert names == sorted(names)
-    assert {b"MPC_XY_P", b"COM_OF_LOSS_T", b"MIS_TAKEOFF_ALT", b"RTL_RETURN_ALT", b"SYS_AUTOSTART"} <= set(names)
+    assert {b"MPC_XY_P", b"COM_OF_LOSS_T", b"MIS_TAKEOFF_ALT", b"RTL_RETURN_ALT", b"SYS_AUTOSTART"} <= set(
+        names
+    )
 
 
 def read(client, pick, name):
@@ -133,9 +150,13 @@ def test_integers_travel_byte_wise_in_the_float(client, pick):
     assert value.param_type == 6
     assert unpack("<i", pack("<f", value.param_value))[0] == 10040
     client.say(
-        "PARAM_SET", param_value=unpack("<f", pack("<i", 3))[0], target_system=1, target_component=1,
-        param_id=b"NAV_RCL_ACT", param_type=6,
-    )  # fmt: skip
+        "PARAM_SET",
+        param_value=unpack("<f", pack("<i", 3))[0],
+        target_system=1,
+        target_component=1,
+        param_id=b"NAV_RCL_ACT",
+        param_type=6,
+    )
     client.live(0.1)
     assert client.simulator.parameters["NAV_RCL_ACT"] == 3
 
@@ -145,9 +166,13 @@ def test_a_changed_value_is_echoed_twice_and_an_unchanged_one_once(client, pick)
 
     def set_height(value):
         client.say(
-            "PARAM_SET", param_value=value, target_system=1, target_component=1, param_id=b"MIS_TAKEOFF_ALT",
+            "PARAM_SET",
+            param_value=value,
+            target_system=1,
+            target_component=1,
+            param_id=b"MIS_TAKEOFF_ALT",
             param_type=9,
-        )  # fmt: skip
+        )
         return [v.param_value for v in pick(client.live(0.1), "PARAM_VALUE")]
 
     assert set_height(7.5) == [7.5, 7.5]
@@ -157,9 +182,16 @@ def test_a_changed_value_is_echoed_twice_and_an_unchanged_one_once(client, pick)
 def test_unknown_names_and_wrong_types_are_met_with_silence(client, pick):
     assert read(client, pick, b"NO_SUCH_THING") == []
     client.say(
-        "PARAM_SET", param_value=1.0, target_system=1, target_component=1, param_id=b"MIS_TAKEOFF_ALT", param_type=6
+        "PARAM_SET",
+        param_value=1.0,
+        target_system=1,
+        target_component=1,
+        param_id=b"MIS_TAKEOFF_ALT",
+        param_type=6,
     )
-    client.say("PARAM_SET", param_value=1.0, target_system=1, target_component=1, param_id=b"FOO", param_type=9)
+    client.say(
+        "PARAM_SET", param_value=1.0, target_system=1, target_component=1, param_id=b"FOO", param_type=9
+    )
     assert pick(client.live(0.1), "PARAM_VALUE") == []
     assert client.simulator.parameters["MIS_TAKEOFF_ALT"] == 2.5
 
@@ -167,9 +199,13 @@ def test_unknown_names_and_wrong_types_are_met_with_silence(client, pick):
 def test_out_of_range_values_are_accepted_but_not_what_is_no_number(client, pick):
     for value in (math.nan, math.inf, 1e9):
         client.say(
-            "PARAM_SET", param_value=value, target_system=1, target_component=1, param_id=b"RTL_RETURN_ALT",
+            "PARAM_SET",
+            param_value=value,
+            target_system=1,
+            target_component=1,
+            param_id=b"RTL_RETURN_ALT",
             param_type=9,
-        )  # fmt: skip
+        )
     client.live(0.1)
     assert client.simulator.parameters["RTL_RETURN_ALT"] == 1e9
 
@@ -247,15 +283,15 @@ def test_offboard_right_after_the_first_setpoint_is_accepted(client, pick):
 @pytest.mark.parametrize(
     "bad",
     [
-        dict(position=(0.0, 0.0, -10.0), frame=7),
-        dict(position=(0.0, 0.0, -10.0), system=2),
-        dict(position=(0.0, 0.0, -10.0), component=42),
-        dict(mask=0xFFF),
-        dict(mask=0x1FF),  # yaw alone
-        dict(position=(math.nan,) * 3),
-        dict(position=(0.0, 0.0, -10.0), mask=0x238),  # force
-        dict(position=(1.0, 1.0, 1.0), frame=8),  # a position in body axes
-        dict(velocity=(1.0, 0.0, 0.0), mask=0x1E7, frame=8),  # one body axis ignored
+        {"position": (0.0, 0.0, -10.0), "frame": 7},
+        {"position": (0.0, 0.0, -10.0), "system": 2},
+        {"position": (0.0, 0.0, -10.0), "component": 42},
+        {"mask": 0xFFF},
+        {"mask": 0x1FF},  # yaw alone
+        {"position": (math.nan,) * 3},
+        {"position": (0.0, 0.0, -10.0), "mask": 0x238},  # force
+        {"position": (1.0, 1.0, 1.0), "frame": 8},  # a position in body axes
+        {"velocity": (1.0, 0.0, 0.0), "mask": 0x1E7, "frame": 8},  # one body axis ignored
     ],
 )
 def test_what_px4_does_not_take_for_a_setpoint_is_no_stream(client, bad):
@@ -268,9 +304,9 @@ def test_what_px4_does_not_take_for_a_setpoint_is_no_stream(client, bad):
 @pytest.mark.parametrize(
     "good",
     [
-        dict(position=(0.0, 0.0, -10.0), system=0, component=0),
-        dict(velocity=(0.0, 0.0, 0.0), frame=8),
-        dict(position=(0.0, 0.0, -10.0), velocity=(0.0,) * 3, mask=0x9C0),
+        {"position": (0.0, 0.0, -10.0), "system": 0, "component": 0},
+        {"velocity": (0.0, 0.0, 0.0), "frame": 8},
+        {"position": (0.0, 0.0, -10.0), "velocity": (0.0,) * 3, "mask": 0x9C0},
     ],
 )
 def test_what_px4_takes_for_a_setpoint_is_a_stream(client, good):
@@ -353,14 +389,36 @@ def test_the_two_links_have_their_own_rates(new_client, pick):
     assert local.count(1) == 0
 
 
+def test_a_ground_stations_heartbeat_is_passed_on_to_the_offboard_link_but_not_back(new_client):
+    client = new_client(links=2)
+    client.heartbeat(link=1, kind=6)
+    client.heartbeat(link=0, kind=18)
+    client.live(0.05)
+    foreign = [
+        (link, m.type) for _, link, m in client.heard if type(m).__name__ == "HEARTBEAT" and m.autopilot == 8
+    ]
+    assert foreign == [(0, 6)]
+
+
 def test_reposition_by_command_int_goes_there(client, pick):
     client.airborne()
     home = client.flight.home.point
     client.say(
-        "COMMAND_INT", param1=-1.0, param2=1.0, param3=0.0, param4=math.nan, x=round((home.lat_deg + 1e-4) * 1e7),
-        y=round(home.lon_deg * 1e7), z=home.alt_amsl_m + 12.0, command=192, target_system=1, target_component=1,
-        frame=0, current=0, autocontinue=0,
-    )  # fmt: skip
+        "COMMAND_INT",
+        param1=-1.0,
+        param2=1.0,
+        param3=0.0,
+        param4=math.nan,
+        x=round((home.lat_deg + 1e-4) * 1e7),
+        y=round(home.lon_deg * 1e7),
+        z=home.alt_amsl_m + 12.0,
+        command=192,
+        target_system=1,
+        target_component=1,
+        frame=0,
+        current=0,
+        autocontinue=0,
+    )
     assert acks(client.live(0.1), pick) == [(192, 0)]
     client.live(15.0)
     assert client.simulator.truth.position_ned_m == pytest.approx([11.07, 0.0, -12.0], abs=0.5)

@@ -1,0 +1,96 @@
+"""The endpoint: datagrams of whole frames, the first client, a taken port, deadlines."""
+
+import socket
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sitl.link.codec import Codec
+from sitl.link.endpoint import PortTakenError, UdpLink, datagrams, run
+from sitl.link.messages import message_type
+
+STATUSTEXT = message_type("STATUSTEXT")
+
+
+@given(st.lists(st.binary(min_size=1, max_size=50), max_size=40), st.integers(20, 1280))
+def test_datagrams_hold_whole_frames_and_lose_none(texts, limit):
+    codec = Codec(1, 1)
+    frames = [codec.encode(STATUSTEXT(6, text, 0, 0)) for text in texts]
+    parts = list(datagrams(b"".join(frames), limit))
+    assert b"".join(parts) == b"".join(frames)
+    for part in parts:
+        assert len(part) <= limit or part in frames
+        whole = Codec(1, 1)
+        whole.decode(part)
+        assert whole.snapshot().pending == b""
+        assert whole.rejected == 0
+
+
+def client():
+    sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    sock.bind(("127.0.0.1", 0))
+    sock.settimeout(2.0)
+    return sock
+
+
+def frame(text):
+    return Codec(1, 1).encode(STATUSTEXT(6, text, 0, 0))
+
+
+def test_it_sends_to_its_remote_port_until_the_first_client_speaks():
+    default, first, second = client(), client(), client()
+    link = UdpLink("127.0.0.1", 0, default.getsockname()[1])
+    try:
+        link.send(frame(b"anybody"))
+        assert default.recv(999) == frame(b"anybody")
+        first.sendto(b"one", ("127.0.0.1", link.local_port))
+        second.sendto(b"two", ("127.0.0.1", link.local_port))
+        time.sleep(0.05)
+        assert link.receive() == b"onetwo"
+        link.send(frame(b"you"))
+        assert first.recv(999) == frame(b"you")
+        second.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            second.recv(999)
+    finally:
+        for sock in (default, first, second):
+            sock.close()
+        link.close()
+
+
+def test_nobody_there_is_no_error():
+    gone = client()
+    port = gone.getsockname()[1]
+    gone.close()
+    link = UdpLink("127.0.0.1", 0, port)
+    try:
+        for _ in range(3):
+            link.send(frame(b"hello"))
+            assert link.receive() == b""
+    finally:
+        link.close()
+
+
+def test_a_taken_port_is_named():
+    link = UdpLink("127.0.0.1", 0, 9)
+    try:
+        with pytest.raises(PortTakenError, match=str(link.local_port)):
+            UdpLink("127.0.0.1", link.local_port, 9)
+    finally:
+        link.close()
+
+
+@pytest.mark.parametrize("speedup", [1.0, 10.0])
+def test_every_frame_is_exchanged_once_and_never_ahead_of_the_clock(speedup):
+    times_us, begin_s = [], time.monotonic()
+
+    def exchange(now_us, received):
+        elapsed_us = 1e6 * (time.monotonic() - begin_s)
+        assert now_us <= speedup * elapsed_us + 1.0
+        times_us.append(now_us)
+        return ()
+
+    run(exchange, (), speedup=speedup, after_frame=lambda: len(times_us) < 20)
+    assert times_us == [10_000 * (i + 1) for i in range(20)]
