@@ -6,10 +6,13 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
 
+from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import Event
 from mavspiral.flight.governor import GovernorLimits
 
 __all__ = ["Outcome", "SessionConfig", "State", "Step"]
+
+RATE_MIN_HZ, RATE_MAX_HZ = 10.0, 100.0
 
 
 class State(Enum):
@@ -52,6 +55,13 @@ class SessionConfig:
     join_max_m: float = 5.0
     lost_after_s: float = 5.0
     dry_run: bool = False
+
+    def __post_init__(self) -> None:
+        """Checks the rate."""
+        if not RATE_MIN_HZ <= self.rate_hz <= RATE_MAX_HZ:
+            raise InputError(
+                f"rate_hz is {self.rate_hz:g}, wanted {RATE_MIN_HZ:g} to {RATE_MAX_HZ:g}; take 50"
+            )
 
 
 @dataclass(frozen=True, slots=True)

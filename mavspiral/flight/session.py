@@ -8,20 +8,20 @@ and a local origin that moves (fly home). ACKs are only reported; the HEARTBEAT 
 
 from __future__ import annotations
 
-import bisect
 import math
 from collections.abc import Callable
 
 from mavspiral.errors import LimitError, LinkError, MavspiralError
 from mavspiral.flight.course import COURSE, Late, Row
-from mavspiral.flight.flight_log import NO_LEG, Event, FlightLog, Recorder
+from mavspiral.flight.flight_log import Event, FlightLog
 from mavspiral.flight.link import Link
-from mavspiral.flight.messages import Command, Heartbeat, Message, MessageId, StatusText, SystemStatus, Target
+from mavspiral.flight.messages import Command, Heartbeat, Message, MessageId, StatusText, SystemStatus
 from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.px4 import PX4
 from mavspiral.flight.schedule import Schedule, StreamFigures
 from mavspiral.flight.situation import Route, Situation
+from mavspiral.flight.streamer import Streamer
 from mavspiral.flight.telemetry import TelemetryRequest
 from mavspiral.frames import GeoPoint, LocalFrame
 from mavspiral.motion.trajectory import Trajectory
@@ -30,10 +30,6 @@ __all__ = ["Session"]
 
 _HEARTBEAT_US = 1_000_000
 _ORIGIN_AGAIN_US = 5_000_000
-_FRESH_US = 300_000  # older telemetry does not tell where the vehicle is: path time stands
-_LONGEST_ADVANCE_S = 0.1
-_STALL_S = 0.3
-_NO_PACE = (math.nan, math.nan)
 _WARNING = 4  # MAV_SEVERITY
 
 
@@ -63,56 +59,49 @@ class Session:
         link = Link(None if tap is None else lambda packet: tap(self._s.now_us, packet))
         self._s = Situation(route, frame, config, profile, link, TelemetryRequest(profile))
         self._row = COURSE[State.CONNECT]
-        self._recorder = Recorder()
-        self._schedule = Schedule(round(1e6 / config.rate_hz))
+        self._streamer = Streamer(self._s)
         self._heartbeats = Schedule(_HEARTBEAT_US)
         self._origin_requests = Schedule(_ORIGIN_AGAIN_US)
         self._begun = False
         self._out: list[bytes] = []
         self._told_n = 0
         self._heard_us = 0
-        self._local_us = 0
+        self._stop_asked = False
         self._ask_due_us = 0
         self._failure: str | None = None
         self._modes: frozenset[int] = frozenset()
         self._entry_mode: int | None = None
         self._mode_reached = False
-        self._leg = NO_LEG
-        self._leg_begins_s: list[float] = []
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
-        self._s.now_us = now_us
+        s = self._s
+        s.now_us = now_us
         if not self._begun:
             self._begin()
-        self._take_in(self._s.link.receive(received))
+        self._take_in(s.link.receive(received))
+        if self._stop_asked and self.outcome is None:
+            self._stop()
         if self.outcome is None:
             self._watch()
         if self.outcome is None:
             self._turn()
-        if self._schedule.take(now_us):
-            self._tick()
+        if self._streamer.schedule.take(now_us) and s.to_vehicle is not None and self._row.modes is not None:
+            self._out.append(self._streamer.tick(streams=self._streams, moves=self._row.moves))
         if self._heartbeats.take(now_us):
-            self._out.append(self._s.link.heartbeat())
+            self._out.append(s.link.heartbeat())
         send = b"".join(self._out)
         self._out.clear()
-        events = tuple(self._s.events[self._told_n :])
+        events = tuple(s.events[self._told_n :])
         self._told_n += len(events)
-        return Step(send, min(self._schedule.due_us, self._heartbeats.due_us), events)
+        return Step(send, min(self._streamer.schedule.due_us, self._heartbeats.due_us), events)
 
     def stop(self) -> None:
-        """The user wants to stop: hold in the air; asked again, fly home. On the ground it is over."""
-        if self.outcome is not None:
-            return
-        if self._row.modes is None:
-            self._conclude("stopped before take-off")
-        elif self.state in (State.TAKEOFF, State.PRESTREAM, State.OFFBOARD):
-            self._give_up("stopped by the user; landing", State.LAND)
-        elif self.state in (State.ALIGN, State.STREAM):
-            self._s.tell("warning", "stopping: the vehicle holds its position; stop again to fly home")
-            self._enter(State.HOLD)
-        elif self.state is State.HOLD:
-            self._give_up("stopped by the user; flying home", State.RETURN)
+        """Ask for an end, from any thread or signal: hold in the air; asked again, fly home.
+
+        On the ground it is over, in the climb it lands. The next step acts on it.
+        """
+        self._stop_asked = True
 
     def link_broke(self, reason: str) -> None:
         """The link is gone for good, says whoever drives us."""
@@ -132,7 +121,7 @@ class Session:
     @property
     def figures(self) -> StreamFigures:
         """How steadily the setpoints went out."""
-        return self._schedule.figures
+        return self._streamer.schedule.figures
 
     @property
     def garbage_n(self) -> int:
@@ -142,8 +131,7 @@ class Session:
     @property
     def path_t_s(self) -> float:
         """Path time on the trajectory; NaN while not on it."""
-        follower = self._s.follower
-        return follower.pace.path_t_s if follower and follower.reference is self._s.reference else math.nan
+        return self._s.path_t_s
 
     def log(self) -> FlightLog:
         """The flight so far, from arming on.
@@ -155,12 +143,12 @@ class Session:
         if s.to_vehicle is None or s.trajectory is None:
             raise LimitError(f"no flight to log: it ended in state {self.state.value!r}")
         legs = tuple(leg.name for leg in s.trajectory.legs)
-        return self._recorder.log(s.to_vehicle, legs, self.events)
+        return self._streamer.recorder.log(s.to_vehicle, legs, self.events)
 
     def _begin(self) -> None:
         self._begun = True
         now_us = self._heard_us = self._s.now_us
-        for schedule in (self._schedule, self._heartbeats, self._origin_requests):
+        for schedule in (self._streamer.schedule, self._heartbeats, self._origin_requests):
             schedule.start(now_us)
         self._enter(State.CONNECT)
 
@@ -179,7 +167,7 @@ class Session:
         local = s.vehicle.local
         if local is None or local is local_before:
             return
-        self._local_us = s.now_us
+        s.local_us = s.now_us
         s.clock.observe(s.now_us, local.time_boot_ms)
         if s.follower is not None:
             s.follower.heard(local.time_boot_ms * 1000.0, s.vehicle.position_ned_m)
@@ -218,6 +206,18 @@ class Session:
         else:
             s.tell("warning", words)
 
+    def _stop(self) -> None:
+        self._stop_asked = False
+        if self._row.modes is None:
+            self._conclude("stopped before take-off")
+        elif self.state in (State.TAKEOFF, State.PRESTREAM, State.OFFBOARD):
+            self._give_up("stopped by the user; landing", State.LAND)
+        elif self.state in (State.ALIGN, State.STREAM):
+            self._s.tell("warning", "stopping: the vehicle holds its position; stop again to fly home")
+            self._enter(State.HOLD)
+        elif self.state is State.HOLD:
+            self._give_up("stopped by the user; flying home", State.RETURN)
+
     def _hands_off(self, beat: Heartbeat) -> None:
         mode = self._s.profile.mode_name(beat.custom_mode)
         if beat.system_status >= SystemStatus.CRITICAL:
@@ -242,6 +242,13 @@ class Session:
         if self.outcome is None and ask is not None and s.now_us >= self._ask_due_us:
             self._ask_due_us = s.now_us + round(self._row.ask_every_s * 1e6)
             self._out.append(ask(s))
+
+    @property
+    def _streams(self) -> bool:
+        """Whether setpoints go out; on the way down, until the vehicle has left the mode that follows."""
+        s = self._s
+        left = self._row.may_disarm and s.vehicle.mode != s.profile.follow.custom_mode
+        return self.outcome is None and self._row.streams and not left
 
     def _too_late(self, row: Row) -> None:
         words = row.words(self._s)
@@ -277,52 +284,6 @@ class Session:
 
     def _conclude(self, reason: str, exit_code: int = 1) -> None:
         self._s.tell("error" if exit_code else "info", reason)
+        if self.state is State.ARM and exit_code and self._s.link.vehicle is not None:
+            self._out.append(self._s.link.command(Command.COMPONENT_ARM_DISARM, 0.0))  # it may yet obey
         self.outcome = Outcome(exit_code == 0, self.state, reason, exit_code)
-
-    def _tick(self) -> None:
-        """One deadline: send the setpoint of this moment and note where all things are."""
-        s = self._s
-        if s.to_vehicle is None or self._row.modes is None:
-            return
-        vehicle_us = s.clock.at(s.now_us)
-        target = self._target(vehicle_us)
-        if target is None:
-            self._schedule.paused()
-        else:
-            self._out.append(
-                s.link.setpoint(
-                    int(vehicle_us / 1000),
-                    target,
-                    type_mask=s.profile.type_mask,
-                    coordinate_frame=s.profile.coordinate_frame,
-                )
-            )
-            if (gap_s := self._schedule.sent(s.now_us)) > _STALL_S:
-                s.tell("warning", f"no setpoint went out for {gap_s:.2f} s")
-        if target is None or s.follower is None:
-            self._recorder.row(s.now_us, vehicle_us, NO_LEG, _NO_PACE, None, s.vehicle)
-        else:
-            pace = (self.path_t_s, s.follower.pace.rate)
-            self._recorder.row(s.now_us, vehicle_us, self._leg, pace, s.follower.due, s.vehicle)
-
-    def _target(self, vehicle_us: float) -> Target | None:
-        s, follower = self._s, self._s.follower
-        leaving = self._row.may_disarm and s.vehicle.mode != s.profile.follow.custom_mode
-        if follower is None or self.outcome is not None or not self._row.streams or leaving:
-            return None
-        fresh = s.now_us - self._local_us < _FRESH_US
-        longest_s = _LONGEST_ADVANCE_S * max(1.0, s.clock.rate)
-        target = follower.advance(vehicle_us, longest_s=longest_s, hold=not (fresh and self._row.moves))
-        self._note_leg()
-        return target
-
-    def _note_leg(self) -> None:
-        trajectory, path_t_s = self._s.trajectory, self.path_t_s
-        if trajectory is None or math.isnan(path_t_s):
-            return
-        if not self._leg_begins_s:
-            self._leg_begins_s = [trajectory.span_s(leg.name)[0] for leg in trajectory.legs]
-        leg = bisect.bisect_right(self._leg_begins_s, path_t_s) - 1
-        if leg != self._leg:
-            self._leg = leg
-            self._s.tell("info", f"leg {trajectory.legs[leg].name}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -31,6 +32,7 @@ class Situation:
     Args:
         now_us: the clock that drives us.
         entered_us: when the present state began.
+        local_us: when the vehicle last told its position.
         origin: the origin that `to_vehicle` was made from.
         follower: what is being flown, from pre-stream on.
     """
@@ -43,12 +45,14 @@ class Situation:
     telemetry: TelemetryRequest
     now_us: int = 0
     entered_us: int = 0
+    local_us: int = 0
     vehicle: Vehicle = field(default_factory=Vehicle)
     clock: VehicleClock = field(default_factory=VehicleClock)
     events: list[Event] = field(default_factory=list)
     origin: Origin | None = None
     to_vehicle: RigidMap | None = None
     trajectory: Trajectory | None = None
+    leg_begins_s: tuple[float, ...] = ()
     reference: Reference | None = None
     follower: Follower | None = None
 
@@ -56,6 +60,12 @@ class Situation:
     def elapsed_s(self) -> float:
         """Time in the present state."""
         return (self.now_us - self.entered_us) * 1e-6
+
+    @property
+    def path_t_s(self) -> float:
+        """Path time on the trajectory; NaN while not on it."""
+        on_it = self.follower is not None and self.follower.reference is self.reference
+        return self.follower.pace.path_t_s if on_it and self.follower else math.nan
 
     def tell(self, severity: str, text: str) -> None:
         """Add to the events."""

@@ -150,7 +150,9 @@ class FakePx4:
         if self.denies_arming_n:
             self.denies_arming_n -= 1
             return mavlink.MAV_RESULT_TEMPORARILY_REJECTED
-        if not self.ignores_arming:
+        if m.param1 == 0:
+            self.armed = self.armed and self.flying()
+        elif not self.ignores_arming:
             self.armed, self.status = True, mavlink.MAV_STATE_ACTIVE
         return 0
 

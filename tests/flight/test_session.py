@@ -9,7 +9,7 @@ from fake_flight import PLAN_ORIGIN, VEHICLE_ORIGIN, Air, Helix, fly, make_sessi
 from fake_px4 import LAND, LOITER, OFFBOARD, POSCTL, RTL
 from pymavlink.dialects.v20 import common as mavlink
 
-from mavspiral.errors import LimitError
+from mavspiral.errors import InputError, LimitError
 from mavspiral.flight.messages import MessageId
 from mavspiral.flight.outcome import SessionConfig, State
 
@@ -145,6 +145,21 @@ def test_a_pilot_s_hand_wins_at_once(px4):
     assert len(px4.setpoints) == heard and px4.mode == POSCTL
 
 
+def test_a_pilot_s_hand_wins_in_the_climb_and_on_the_way_down(px4):
+    px4.mode = POSCTL  # in which it may stand before take-off, but not return to
+    session = make_session()
+    fly(session, px4, until=lambda: px4.armed_height_m > 5)
+    px4.mode = POSCTL
+    fly_on(session, px4)
+    assert session.outcome.reason == "pilot took over: POSCTL" and session.outcome.state is State.TAKEOFF
+
+    session, px4 = make_session(), type(px4)(VEHICLE_ORIGIN)
+    fly(session, px4, until=lambda: session.state is State.LAND)
+    px4.mode = POSCTL  # before our own LAND is seen
+    fly_on(session, px4, up=lambda frames: [])
+    assert session.outcome.reason == "pilot took over: POSCTL" and session.outcome.state is State.LAND
+
+
 def test_the_vehicle_s_own_failsafe_is_told_from_a_pilot(px4):
     session = make_session()
     end_us = fly(session, px4, until=streaming_for(session, 30))
@@ -252,14 +267,20 @@ def test_telemetry_that_comes_back_in_time_goes_on(px4):
 def test_wind_that_blows_it_back_slows_the_path_and_does_not_break_the_flight(px4):
     session = make_session()
 
+    begun_us = []
+
     def gust(now_us):
-        px4.wind_ned_mps = (-1.1, 0.0, 0.0) if 20 < session.path_t_s < 40 else (0.0, 0.0, 0.0)
+        if session.path_t_s > 25 and not begun_us:
+            begun_us.append(now_us)
+        blows = begun_us and now_us < begun_us[0] + 8e6
+        px4.wind_ned_mps = (-1.4, 0.0, 0.0) if blows else (0.0, 0.0, 0.0)
 
     fly(session, px4, each=gust)
     log = session.log()
     on = np.isfinite(log.path_t_s)
     assert session.outcome.ok
-    assert log.governor_rate[on].min() < 0.6 and log.governor_rate[on].max() == 1.0
+    assert log.governor_rate[on].min() == 0.0 and log.governor_rate[on].max() == 1.0
+    assert "waiting: the vehicle is" in texts(session) and "going on" in texts(session)
     late_s = np.ptp(log.vehicle_s[on]) - np.ptp(log.path_t_s[on])
     assert late_s > 1.0, "late rather than wrong"
 
@@ -302,11 +323,36 @@ def test_stop_on_the_ground_and_in_the_climb(px4):
     session = make_session()
     fly(session, px4, until=lambda: session.state is State.ORIGIN)
     session.stop()
+    fly_on(session, px4)
     assert session.outcome.reason == "stopped before take-off"
-    session = make_session()
-    fly(session, type(px4)(VEHICLE_ORIGIN, (0, 0, 0)), until=lambda: session.state is State.TAKEOFF)
+    session, px4 = make_session(), type(px4)(VEHICLE_ORIGIN, (0, 0, 0))
+    fly(session, px4, until=lambda: px4.armed_height_m > 5)
     session.stop()
-    assert session.state is State.LAND and session.outcome is None
+    fly_on(session, px4)
+    assert session.outcome.state is State.LAND and not session.outcome.ok
+    assert not px4.setpoints and not px4.armed
+
+
+def test_stop_while_arming_leaves_no_armed_vehicle_behind(px4):
+    session = make_session()
+    fly(session, px4, until=lambda: px4.armed)
+    session.stop()
+    end_us = fly_on(session, px4)
+    assert session.outcome.state is State.ARM
+    px4.step(end_us + 20_000, split(session.step(end_us + 20_000, b"").send))
+    assert not px4.armed
+
+
+@pytest.mark.parametrize("rate_hz", [0.0, 5.0, 200.0, math.nan])
+def test_a_rate_out_of_range_is_bad_input(rate_hz):
+    with pytest.raises(InputError, match="10 to 100"):
+        SessionConfig(rate_hz=rate_hz)
+
+
+def test_other_rates_are_kept(px4):
+    session = make_session(SessionConfig(rate_hz=25.0))
+    fly(session, px4)
+    assert session.outcome.ok and session.figures.rate_hz == pytest.approx(25.0)
 
 
 def test_a_refused_route_is_told_in_its_own_words(px4):
@@ -409,13 +455,13 @@ def test_the_mode_it_stood_in_before_take_off_is_no_pilot(px4):
     assert LOITER not in (px4.mode,)
 
 
-def fly_on(session, px4, begin_us=None, until=None):
+def fly_on(session, px4, begin_us=None, until=None, up=lambda frames: frames):
     """Go on flying from where `px4` is."""
     now_us, received = begin_us or px4.track[-1][0], b""
     limit_us = now_us + 300e6
     while now_us < limit_us:
         now_us += 10_000
-        received = b"".join(px4.step(now_us, split(session.step(now_us, received).send)))
+        received = b"".join(px4.step(now_us, up(split(session.step(now_us, received).send))))
         if session.outcome or (until and until()):
             return now_us
     raise AssertionError(f"still in {session.state}: {session.events[-5:]}")

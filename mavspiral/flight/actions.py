@@ -1,0 +1,231 @@
+"""What is asked of the vehicle in each state of the course, and when the state counts as done."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from mavspiral.errors import LimitError
+from mavspiral.flight.checks import check_before_arming
+from mavspiral.flight.follower import Follower
+from mavspiral.flight.governor import Pace
+from mavspiral.flight.messages import Command, MessageId, Target
+from mavspiral.flight.origin import origin_from_pair
+from mavspiral.flight.profile import Mode, Profile
+from mavspiral.flight.reference import Reference
+from mavspiral.flight.situation import Situation
+from mavspiral.frames import GeoPoint
+
+__all__ = [
+    "armed",
+    "ask_arm",
+    "ask_mode",
+    "ask_origin",
+    "ask_parameters",
+    "ask_takeoff",
+    "ask_telemetry",
+    "ask_version",
+    "at_height",
+    "checked",
+    "disarmed",
+    "finished",
+    "follows",
+    "heard",
+    "identified",
+    "never",
+    "origin_known",
+    "prepare_join",
+    "prepare_stream",
+    "prestreamed",
+    "routed",
+    "telemetry_flows",
+]
+
+_PARAMETERS_S = 4.0  # an unknown name is met with silence
+_PAIR_AFTER_S = 3.0
+_JOIN_MPS = 1.0
+_JOIN_RADPS = 0.5
+_HOVER_MPS = 0.5
+
+
+def never(_: Situation) -> bool:
+    """False: only the user ends this state."""
+    return False
+
+
+def heard(s: Situation) -> bool:
+    """Whether the vehicle has been heard."""
+    return s.link.vehicle is not None
+
+
+def identified(s: Situation) -> bool:
+    """Whether it has told its version."""
+    if s.vehicle.version is None:
+        return False
+    s.tell("info", f"{s.profile.name} {s.vehicle.version.version}")
+    return True
+
+
+def ask_version(s: Situation) -> bytes:
+    """Ask which version it flies."""
+    return s.link.command(Command.REQUEST_MESSAGE, MessageId.AUTOPILOT_VERSION)
+
+
+def telemetry_flows(s: Situation) -> bool:
+    """Whether the streams are as they were asked for."""
+    return s.telemetry.settled and s.vehicle.local is not None
+
+
+def ask_telemetry(s: Situation) -> bytes:
+    """Ask for the streams that we need and against all others."""
+    return b"".join(s.telemetry.ask(s.now_us, s.link.arrivals, s.link.command))
+
+
+def origin_known(s: Situation) -> bool:
+    """Whether its local origin is known: told by itself, or after a while worked out."""
+    vehicle = s.vehicle
+    if vehicle.local is None:
+        return False
+    if vehicle.origin is None and s.elapsed_s > _PAIR_AFTER_S and vehicle.place is not None:
+        vehicle.origin = origin_from_pair(vehicle.place, vehicle.local)
+    return vehicle.origin is not None
+
+
+def ask_origin(s: Situation) -> bytes:
+    """Ask for its local origin, and after a while for the pair that tells it too."""
+    asked = s.link.command(Command.REQUEST_MESSAGE, MessageId.GPS_GLOBAL_ORIGIN)
+    if s.elapsed_s > _PAIR_AFTER_S - 1:
+        asked += s.link.command(Command.REQUEST_MESSAGE, MessageId.GLOBAL_POSITION_INT)
+    return asked
+
+
+def routed(s: Situation) -> bool:
+    """True once the trajectory from where it stands is known in its own frame."""
+    assert s.vehicle.origin is not None
+    s.origin = s.vehicle.origin
+    s.to_vehicle = s.frame.to_vehicle(GeoPoint(*s.origin))
+    home_enu_m = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
+    s.trajectory = s.route(home_enu_m)
+    s.leg_begins_s = tuple(s.trajectory.span_s(leg.name)[0] for leg in s.trajectory.legs)
+    s.reference = Reference.of(s.trajectory, s.to_vehicle)
+    east_m, north_m, up_m = home_enu_m
+    where = f"home is {east_m:.1f} m east, {north_m:.1f} m north, {up_m:.1f} m up of the plan's origin"
+    s.tell("info", f"{where}; the flight takes {s.trajectory.duration_s:.0f} s")
+    return True
+
+
+def checked(s: Situation) -> bool:
+    """Whether the parameters are read and nothing stands against the flight.
+
+    Raises:
+        LimitError: something does.
+    """
+    missing = [name for name in s.profile.parameters if name not in s.vehicle.parameters]
+    if missing and s.elapsed_s < _PARAMETERS_S:
+        return False
+    assert s.reference is not None
+    findings = check_before_arming(
+        s.vehicle, s.profile, s.reference.extremes(), battery_min_pct=s.config.battery_min_pct
+    )
+    for severity, text in findings:
+        if severity == "warning":
+            s.tell(severity, text)
+    errors = [text for severity, text in findings if severity == "error"]
+    if errors:
+        raise LimitError("; ".join(errors))
+    return True
+
+
+def ask_parameters(s: Situation) -> bytes:
+    """Ask for the parameters that have not come yet."""
+    missing = (name for name in s.profile.parameters if name not in s.vehicle.parameters)
+    return b"".join(s.link.parameter_request(name) for name in missing)
+
+
+def armed(s: Situation) -> bool:
+    """Whether it is armed."""
+    return s.vehicle.armed
+
+
+def ask_arm(s: Situation) -> bytes:
+    """Ask it to arm."""
+    return s.link.command(Command.COMPONENT_ARM_DISARM, 1.0)
+
+
+def at_height(s: Situation) -> bool:
+    """Whether it hovers at the height of the first point.
+
+    Raises:
+        LimitError: it does, but too far away from it.
+    """
+    assert s.reference is not None
+    here, first = s.vehicle.position_ned_m, s.reference.at(0.0).position_ned_m
+    if (
+        math.hypot(*s.vehicle.velocity_ned_mps) > _HOVER_MPS
+        or abs(here[2] - first[2]) > s.profile.takeoff_within_m
+    ):
+        return False
+    if (off_m := math.dist(here, first)) > s.config.join_max_m:
+        raise LimitError(f"it hovers {off_m:.1f} m from the first point, more than {s.config.join_max_m:g} m")
+    return True
+
+
+def ask_takeoff(s: Situation) -> bytes:
+    """Ask it to climb to the first point's height, unless it already does."""
+    if s.vehicle.flying or s.vehicle.mode == s.profile.climb[0].custom_mode:
+        return b""
+    assert s.trajectory is not None and s.reference is not None
+    first_enu_m = s.trajectory(0.0).position_enu_m
+    alt_amsl_m = s.frame.geo_point(first_enu_m).alt_amsl_m
+    climb_m = s.vehicle.position_ned_m[2] - s.reference.at(0.0).position_ned_m[2]
+    return s.link.command(Command.NAV_TAKEOFF, *s.profile.takeoff_params(alt_amsl_m, climb_m))
+
+
+def prepare_join(s: Situation) -> None:
+    """From where it hovers, as it looks, to the first point and its yaw."""
+    assert s.reference is not None
+    still = (0.0, 0.0, 0.0)
+    first = s.reference.at(0.0)
+    yaw = s.vehicle.yaw_ned_rad
+    here = Target(s.vehicle.position_ned_m, still, still, first.yaw_ned_rad if math.isnan(yaw) else yaw, 0.0)
+    join = Reference.move(here, first, speed_mps=_JOIN_MPS, yaw_rate_radps=_JOIN_RADPS)
+    s.follower = Follower(join, s.config.governor, s.clock.at(s.now_us), pace=Pace(0.0, 0.0, 0.0))
+
+
+def prestreamed(s: Situation) -> bool:
+    """Whether it has seen setpoints for long enough."""
+    return s.elapsed_s >= s.profile.pre_stream_s
+
+
+def ask_mode(mode: Callable[[Profile], Mode]) -> Callable[[Situation], bytes]:
+    """What asks for `mode` as long as the vehicle is in another."""
+
+    def ask(s: Situation) -> bytes:
+        wanted = mode(s.profile)
+        if s.vehicle.mode == wanted.custom_mode:
+            return b""
+        return s.link.command(Command.DO_SET_MODE, *wanted.command)
+
+    return ask
+
+
+def follows(s: Situation) -> bool:
+    """Whether it follows our setpoints."""
+    return s.vehicle.mode == s.profile.follow.custom_mode
+
+
+def prepare_stream(s: Situation) -> None:
+    """Begin the trajectory."""
+    assert s.reference is not None
+    lead_s = s.profile.lead_s
+    s.follower = Follower(s.reference, s.config.governor, s.clock.at(s.now_us), lead_s=lead_s)
+
+
+def finished(s: Situation) -> bool:
+    """Whether path time has reached the end."""
+    return s.follower is not None and s.follower.finished
+
+
+def disarmed(s: Situation) -> bool:
+    """Whether it is disarmed."""
+    return not s.vehicle.armed

@@ -1,0 +1,79 @@
+"""The setpoints of a flight, each of its moment, and the log of where all things were."""
+
+from __future__ import annotations
+
+import bisect
+import math
+
+from mavspiral.flight.flight_log import NO_LEG, Recorder
+from mavspiral.flight.messages import Target
+from mavspiral.flight.schedule import Schedule
+from mavspiral.flight.situation import Situation
+
+__all__ = ["Streamer"]
+
+_FRESH_US = 300_000  # older telemetry does not tell where the vehicle is: path time stands
+_LONGEST_ADVANCE_S = 0.1
+_STALL_S = 0.3
+_GOING_AGAIN = 0.5
+_NO_PACE = (math.nan, math.nan)
+
+
+class Streamer:
+    """Makes the setpoint that is due, counts it and writes its row of the log."""
+
+    def __init__(self, situation: Situation) -> None:
+        self.schedule = Schedule(round(1e6 / situation.config.rate_hz))
+        self.recorder = Recorder()
+        self._s = situation
+        self._leg = NO_LEG
+        self._stands = False
+
+    def tick(self, *, streams: bool, moves: bool) -> bytes:
+        """The setpoint of this moment; nothing unless something `streams`. Path time runs if it `moves`."""
+        s = self._s
+        vehicle_us = s.clock.at(s.now_us)
+        follower = s.follower
+        if follower is None or not streams:
+            self.schedule.paused()
+            self.recorder.row(s.now_us, vehicle_us, NO_LEG, _NO_PACE, None, s.vehicle)
+            return b""
+        fresh = s.now_us - s.local_us < _FRESH_US
+        longest_s = _LONGEST_ADVANCE_S * max(1.0, s.clock.rate)
+        target = follower.advance(vehicle_us, longest_s=longest_s, hold=not (fresh and moves))
+        self._tell_leg()
+        self._tell_pace(moves)
+        pace = (s.path_t_s, follower.pace.rate)
+        self.recorder.row(s.now_us, vehicle_us, self._leg, pace, follower.due, s.vehicle)
+        return self._packed(target, vehicle_us)
+
+    def _packed(self, target: Target, vehicle_us: float) -> bytes:
+        s = self._s
+        if (gap_s := self.schedule.sent(s.now_us)) > _STALL_S:
+            s.tell("warning", f"no setpoint went out for {gap_s:.2f} s")
+        return s.link.setpoint(
+            int(vehicle_us / 1000),
+            target,
+            type_mask=s.profile.type_mask,
+            coordinate_frame=s.profile.coordinate_frame,
+        )
+
+    def _tell_leg(self) -> None:
+        s = self._s
+        if s.trajectory is None or math.isnan(s.path_t_s):
+            return
+        leg = bisect.bisect_right(s.leg_begins_s, s.path_t_s) - 1
+        if leg != self._leg:
+            self._leg = leg
+            s.tell("info", f"leg {s.trajectory.legs[leg].name}")
+
+    def _tell_pace(self, moves: bool) -> None:
+        follower = self._s.follower
+        if follower is None or not moves:
+            return
+        if not self._stands and follower.pace.rate == 0.0:
+            self._stands = True
+            self._s.tell("warning", f"waiting: the vehicle is {follower.error_m:.1f} m off, or is not heard")
+        elif self._stands and follower.pace.rate > _GOING_AGAIN:
+            self._stands = False
+            self._s.tell("info", "going on")
