@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from mavspiral.errors import LimitError
-from mavspiral.flight.checks import check_before_arming
+from mavspiral.flight.checks import check_before_arming, parameter
 from mavspiral.flight.follower import Follower
 from mavspiral.flight.governor import Pace
 from mavspiral.flight.messages import Command, MessageId, Target
@@ -217,8 +217,13 @@ def follows(s: Situation) -> bool:
 def prepare_stream(s: Situation) -> None:
     """Begin the trajectory."""
     assert s.reference is not None
-    lead_s = s.profile.lead_s
-    s.follower = Follower(s.reference, s.config.governor, s.clock.at(s.now_us), lead_s=lead_s)
+    s.follower = Follower(
+        s.reference,
+        s.config.governor,
+        s.clock.at(s.now_us),
+        lead_s=s.profile.lead_s,
+        damping=parameter(s.vehicle, s.profile, s.profile.damping) or 0.0,
+    )
 
 
 def finished(s: Situation) -> bool:

@@ -6,7 +6,7 @@ from mavspiral.flight.profile import Profile
 from mavspiral.flight.reference import Extremes
 from mavspiral.flight.vehicle import Vehicle
 
-__all__ = ["Finding", "check_before_arming"]
+__all__ = ["Finding", "check_before_arming", "parameter"]
 
 Finding = tuple[str, str]
 """Severity ("warning" or "error") and the words."""
@@ -47,7 +47,7 @@ def _speeds(vehicle: Vehicle, profile: Profile, extremes: Extremes) -> list[Find
     wanted = (extremes.horizontal_mps, extremes.climb_mps, extremes.descent_mps)
     axes = ("horizontal speed", "climb", "descent")
     for name, axis, plan_mps in zip(profile.speed_parameters, axes, wanted, strict=True):
-        allowed_mps = _parameter(vehicle, profile, name)
+        allowed_mps = parameter(vehicle, profile, name)
         if allowed_mps is None:
             findings.append(
                 ("warning", f"{name} could not be read; the plan's {axis} of {plan_mps:.1f} m/s is unchecked")
@@ -60,8 +60,8 @@ def _speeds(vehicle: Vehicle, profile: Profile, extremes: Extremes) -> list[Find
 
 def _loss(vehicle: Vehicle, profile: Profile) -> list[Finding]:
     findings: list[Finding] = []
-    action = _parameter(vehicle, profile, profile.loss_action)
-    timeout_s = _parameter(vehicle, profile, profile.loss_timeout)
+    action = parameter(vehicle, profile, profile.loss_action)
+    timeout_s = parameter(vehicle, profile, profile.loss_timeout)
     if action is None:
         findings.append(
             ("warning", f"{profile.loss_action} could not be read; what loss of the link does is unknown")
@@ -82,6 +82,7 @@ def _loss(vehicle: Vehicle, profile: Profile) -> list[Finding]:
     return findings
 
 
-def _parameter(vehicle: Vehicle, profile: Profile, name: str) -> float | None:
+def parameter(vehicle: Vehicle, profile: Profile, name: str) -> float | None:
+    """What the vehicle said the parameter is; None if it did not."""
     value = vehicle.parameters.get(name)
     return None if value is None else value.number(bytewise=profile.integers_bytewise)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from mavspiral.flight.feedforward import compensated, learned_drag
 from mavspiral.flight.governor import GovernorLimits, Pace, advance, wanted_rate
 from mavspiral.flight.messages import Target, Triple
 from mavspiral.flight.reference import Reference
@@ -18,6 +19,7 @@ class Follower:
         reference: the motion.
         limits: of the governor.
         lead_s: how far ahead of path time the setpoint is taken, for what the vehicle takes to act on it.
+        damping: what share of its measured acceleration the vehicle takes off again (`feedforward`).
         vehicle_us: the vehicle's time now.
         pace: the path time and its rate to begin with.
     """
@@ -29,6 +31,7 @@ class Follower:
         vehicle_us: float,
         *,
         lead_s: float = 0.0,
+        damping: float = 0.0,
         pace: Pace | None = None,
     ) -> None:
         self.reference = reference
@@ -36,8 +39,11 @@ class Follower:
         self.error_m = 0.0
         self._limits = limits
         self._lead_s = lead_s
+        self._damping = damping
         self._vehicle_us = vehicle_us
         self._speed_mps = 0.0
+        self._heard_us = vehicle_us
+        self.drag_per_s = 0.0
 
     @property
     def due(self) -> Target:
@@ -55,6 +61,11 @@ class Follower:
         then = self.reference.at(self.pace.path_t_s - self.pace.rate * ago_s)
         self.error_m = math.dist(then.position_ned_m, position_ned_m)
         self._speed_mps = math.hypot(*then.velocity_ned_mps)
+        dt_s, self._heard_us = (vehicle_us - self._heard_us) * 1e-6, vehicle_us
+        if self.pace.rate == 1.0 and self._speed_mps > 0.0:
+            ways = zip(then.position_ned_m, position_ned_m, then.velocity_ned_mps, strict=True)
+            lag_m = sum((meant - is_at) * v for meant, is_at, v in ways) / self._speed_mps
+            self.drag_per_s = learned_drag(self.drag_per_s, lag_m, self._speed_mps, dt_s)
 
     def advance(self, vehicle_us: float, *, longest_s: float, hold: bool) -> Target:
         """Move path time on to `vehicle_us` and return the setpoint there.
@@ -70,4 +81,5 @@ class Follower:
         wanted = 0.0 if hold else wanted_rate(self.error_m, self._limits)
         self.pace = advance(self.pace, dt_s, wanted, self._speed_mps, self._limits)
         path_t_s, rate, rate_change_per_s = self.pace
-        return self.reference.at(path_t_s + rate * self._lead_s, rate, rate_change_per_s)
+        target = self.reference.at(path_t_s + rate * self._lead_s, rate, rate_change_per_s)
+        return compensated(target, self._damping, self.drag_per_s)

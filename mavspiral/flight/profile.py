@@ -40,6 +40,7 @@ class Profile:
         loss_action: parameter that says what its failsafe does then.
         loss_actions: the values of `loss_action` in words.
         safe_loss_actions: those that need no pilot.
+        damping: parameter that says what share of its measured acceleration it takes off again.
     """
 
     name: str
@@ -64,11 +65,12 @@ class Profile:
     loss_action: str
     loss_actions: Mapping[int, str]
     safe_loss_actions: frozenset[int]
+    damping: str
 
     @property
     def parameters(self) -> tuple[str, ...]:
         """The parameters that the session reads before it arms."""
-        return (self.loss_timeout, self.loss_action, *self.speed_parameters)
+        return (self.loss_timeout, self.loss_action, *self.speed_parameters, self.damping)
 
     def mode_name(self, custom_mode: int) -> str:
         """The mode in words."""

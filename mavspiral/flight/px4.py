@@ -61,7 +61,7 @@ PX4 = Profile(
         }
     ),
     quiet=frozenset({MessageId.POSITION_TARGET_LOCAL_NED, MessageId.POSITION_TARGET_GLOBAL_INT}),
-    lead_s=0.05,
+    lead_s=0.02,
     pre_stream_s=1.0,
     takeoff_params=_takeoff_params,
     takeoff_within_m=1.0,
@@ -80,4 +80,5 @@ PX4 = Profile(
         7: "Disarm",
     },
     safe_loss_actions=frozenset({3, 4, 5}),
+    damping="MPC_XY_VEL_D_ACC",
 )
