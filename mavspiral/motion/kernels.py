@@ -13,7 +13,9 @@ from numba import njit
 
 from mavspiral.arrays import FloatArray
 
-__all__ = ["demand", "fastest_rates", "knots", "level_hills", "rate_caps", "slacken", "time_grid"]
+__all__ = ["adjusted", "demand", "fastest_rates", "knots", "level_hills", "rate_caps", "time_grid"]
+
+GAIN_SLOWER, GAIN_FASTER = 0.7, 0.3
 
 
 @njit(cache=True)
@@ -181,25 +183,26 @@ def demand(
             jerk2_after += (steady + p1 * after) ** 2
         rise = row[2] * v
         first = max(math.sqrt(velocity2) / speed, rise / climb, -rise / descent, abs(row[9] * v) / yaw_rate)
-        second = max(math.sqrt(acceleration2) / acceleration, abs(row[10] * v * v + row[9] * a) / yaw_acceleration)
+        second = max(
+            math.sqrt(acceleration2) / acceleration, abs(row[10] * v * v + row[9] * a) / yaw_acceleration
+        )
         third = math.sqrt(max(jerk2_before, jerk2_after)) / jerk
         ratios[k] = max(first, math.sqrt(second), third ** (1.0 / 3.0))
     return ratios
 
 
 @njit(cache=True)
-def slacken(
-    slowness: FloatArray, times: FloatArray, ratios: FloatArray, steps: int, width: int, gain: float
+def adjusted(
+    slowness: FloatArray, times: FloatArray, ratios: FloatArray, dt: float, width: int
 ) -> FloatArray:
-    """The slowness times the worst demand, to the power `gain`, that each row had a part in; at least 1.
+    """The slowness after the worst demand that each row had a part in; at least 1.
 
     A row passed at t before the mean has a part in the law from t to t + `width` steps.
     """
     n = len(ratios)
     worst = np.empty(n)  # of the knots k to k + width + 1
     queue = np.empty(n, dtype=np.int64)  # knots with falling ratios
-    head, tail = 0, 0
-    new = 0
+    head = tail = new = 0
     for k in range(n):
         while new < min(n, k + width + 2):
             while tail > head and ratios[queue[tail - 1]] <= ratios[new]:
@@ -210,8 +213,8 @@ def slacken(
         while queue[head] < k:
             head += 1
         worst[k] = ratios[queue[head]]
-    dt = times[-1] / steps
-    slower = np.empty(len(slowness))
+    after = np.empty(len(slowness))
     for i in range(len(slowness)):
-        slower[i] = max(1.0, slowness[i] * worst[min(int(times[i] / dt), n - 1)] ** gain)
-    return slower
+        ratio = worst[min(int(times[i] / dt), n - 1)]
+        after[i] = max(1.0, slowness[i] * ratio ** (GAIN_SLOWER if ratio > 1.0 else GAIN_FASTER))
+    return after

@@ -28,6 +28,7 @@ class TimeLaw:
     phase_acceleration_radps2: FloatArray
 
     def __post_init__(self) -> None:
+        """Copies, checks and locks the fields."""
         knots = np.size(self.phase_rad)
         if knots < 2 or not self.step_s > 0:
             raise ValueError(f"a time law of {knots} knots, {self.step_s} s apart: wanted at least 2, apart")
@@ -53,7 +54,7 @@ class TimeLaw:
         u, v, a = self.phase_rad[k], self.phase_rate_radps[k], self.phase_acceleration_radps2[k]
         j = (self.phase_acceleration_radps2[k + 1] - a) / self.step_s
         return (
-            u + t * (v + t * (a / 2 + t * j / 6)),
+            np.clip(u + t * (v + t * (a / 2 + t * j / 6)), self.phase_rad[0], self.phase_rad[-1]),
             v + t * (a + t * j / 2),
             a + t * j,
             j,

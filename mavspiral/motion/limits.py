@@ -25,6 +25,7 @@ class Limits:
     yaw_acceleration_radps2: float
 
     def __post_init__(self) -> None:
+        """Checks the fields."""
         for field in fields(self):
             bound = getattr(self, field.name)
             if not (math.isfinite(bound) and bound > 0):

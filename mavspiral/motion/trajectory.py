@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,6 +46,7 @@ class TrajectoryState:
     gimbal_pitch_rad: FloatArray
 
     def __post_init__(self) -> None:
+        """Locks the fields."""
         for column in fields(self):
             getattr(self, column.name).setflags(write=False)
 
@@ -62,11 +64,12 @@ class Trajectory:
     _turns_rad: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        """Checks that the legs join."""
         if not self.legs:
             raise ValueError("a trajectory needs at least one leg")
         begin_s = np.cumsum([0.0, *(leg.law.duration_s for leg in self.legs)])
         turns_rad = np.zeros(len(self.legs))
-        for i, (before, after) in enumerate(zip(self.legs, self.legs[1:], strict=False)):
+        for i, (before, after) in enumerate(pairwise(self.legs)):
             turns_rad[i + 1] = turns_rad[i] + _join(before, after)
         begin_s.setflags(write=False)
         turns_rad.setflags(write=False)
@@ -102,15 +105,22 @@ class Trajectory:
             vectors[:, here], yaws[:, here] = _motion(leg, flat[here] - self._begin_s[i])
             yaws[0, here] += self._turns_rad[i]
             pitch[here] = leg.gimbal_pitch_rad
+        position, velocity, acceleration, jerk = vectors.reshape(4, *t.shape, 3)
+        yaw, yaw_rate, yaw_acceleration = yaws.reshape(3, *t.shape)
         return TrajectoryState(
-            t,
-            *(vector.reshape(*t.shape, 3) for vector in vectors),
-            *(yaw.reshape(t.shape) for yaw in yaws),
-            pitch.reshape(t.shape),
+            t_s=t,
+            position_enu_m=position,
+            velocity_enu_mps=velocity,
+            acceleration_enu_mps2=acceleration,
+            jerk_enu_mps3=jerk,
+            yaw_enu_rad=yaw,
+            yaw_rate_enu_radps=yaw_rate,
+            yaw_acceleration_enu_radps2=yaw_acceleration,
+            gimbal_pitch_rad=pitch.reshape(t.shape),
         )
 
     def sampled(self, dt_s: float) -> TrajectoryState:
-        """The motion every `dt_s` from 0 on, and at the very end."""
+        """The motion every `dt_s` from 0 on, and in the last row at the very end."""
         steps = int(np.floor(self.duration_s / dt_s * (1 - 1e-12)))
         return self(np.append(np.arange(steps + 1) * dt_s, self.duration_s))
 
@@ -135,5 +145,7 @@ def _join(before: Leg, after: Leg) -> float:
         raise ValueError(f"leg {after.name!r} begins {gap_m:.3g} m from where {before.name!r} ends")
     jump_rad = float(before.gaze(u_end)) - float(after.gaze(0.0))
     if abs(gap_rad := float(wrap_rad(jump_rad))) > JOIN_TOLERANCE_RAD:
-        raise ValueError(f"leg {after.name!r} begins {gap_rad:.3g} rad of yaw from where {before.name!r} ends")
+        raise ValueError(
+            f"leg {after.name!r} begins {gap_rad:.3g} rad of yaw from where {before.name!r} ends"
+        )
     return jump_rad - gap_rad

@@ -28,7 +28,7 @@ class Gaze(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class TurnGaze:
-    """Yaw from `yaw_start_enu_rad` the short way round to `yaw_end_enu_rad` as u goes from 0 to `u_end_rad`."""
+    """From one yaw the short way round to another as u goes from 0 to `u_end_rad`."""
 
     yaw_start_enu_rad: float
     yaw_end_enu_rad: float

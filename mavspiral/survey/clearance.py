@@ -1,0 +1,97 @@
+"""How far a flight stays from everything solid, and how far it must."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavspiral.arrays import FloatArray
+from mavspiral.motion.trajectory import TrajectoryState
+from mavspiral.shape.heightmap import Site
+from mavspiral.survey.solids import Solids
+
+__all__ = ["Clearance", "ClearanceBudget", "measure_clearance"]
+
+
+@dataclass(frozen=True, slots=True)
+class ClearanceBudget:
+    """What may go wrong between a curve and a wall: the vehicle's size and three 1-σ errors.
+
+    Raises:
+        ValueError: a term is negative or not finite.
+    """
+
+    vehicle_radius_m: float
+    map_sigma_m: float
+    navigation_sigma_m: float
+    tracking_sigma_m: float
+
+    def __post_init__(self) -> None:
+        """Checks the fields."""
+        for term in fields(self):
+            value = getattr(self, term.name)
+            if not (math.isfinite(value) and value >= 0):
+                raise ValueError(f"{term.name} is {value}, wanted zero or more")
+
+    @property
+    def total_m(self) -> float:
+        """Radius + 3·√(σ_map² + σ_navigation² + σ_tracking²)."""
+        sigma_m = math.hypot(self.map_sigma_m, self.navigation_sigma_m, self.tracking_sigma_m)
+        return self.vehicle_radius_m + 3 * sigma_m
+
+    def required_m(self, clearance_m: float) -> float:
+        """The clearance to demand where `clearance_m` was asked for: the larger of the two."""
+        return max(clearance_m, self.total_m)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Clearance:
+    """Distances along a flight to the nearest solid box: 0 inside one, infinity where there is none.
+
+    `straight_on_m` is how near anything comes if the vehicle, from here, no longer follows the curve:
+    it goes straight on for the reaction time and then brakes to a stand.
+    """
+
+    t_s: FloatArray
+    position_enu_m: FloatArray
+    building_m: FloatArray
+    obstacle_m: FloatArray
+    straight_on_m: FloatArray
+
+    def __post_init__(self) -> None:
+        """Locks the fields."""
+        for column in fields(self):
+            getattr(self, column.name).setflags(write=False)
+
+    @property
+    def distance_m(self) -> FloatArray:
+        """Distance along the flight to the nearest of building and obstacles."""
+        return np.minimum(self.building_m, self.obstacle_m)
+
+
+def measure_clearance(
+    state: TrajectoryState, site: Site, *, reaction_s: float, braking_mps2: float
+) -> Clearance:
+    """The clearance of a sampled flight from the building and the obstacles of `site`."""
+    building = _solids(site, site.building)
+    obstacles = _solids(site, ~site.building)
+    speed_mps = np.linalg.norm(state.velocity_enu_mps, axis=1, keepdims=True)
+    run_on_enu_m = state.velocity_enu_mps * (reaction_s + speed_mps / (2 * braking_mps2))
+    place_enu_m = state.position_enu_m
+    return Clearance(
+        t_s=state.t_s,
+        position_enu_m=place_enu_m,
+        building_m=building.distance_m(place_enu_m),
+        obstacle_m=obstacles.distance_m(place_enu_m),
+        straight_on_m=np.minimum(
+            building.distance_m(place_enu_m, run_on_enu_m), obstacles.distance_m(place_enu_m, run_on_enu_m)
+        ),
+    )
+
+
+def _solids(site: Site, mask: NDArray[np.bool_]) -> Solids:
+    heights = site.heights
+    return Solids.of(np.where(mask, heights.height_agl_m, 0.0), heights.cell_m, heights.origin_enu_m)

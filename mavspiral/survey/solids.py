@@ -1,0 +1,151 @@
+"""Exact distances in space to the solid boxes of a height map.
+
+The boxes stand in a quadtree whose nodes know their greatest height. A node whose own box is farther
+than the best found so far is not opened, and the search begins with the box that was nearest to the
+query before, so along a trajectory few nodes are opened at all.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+
+from mavspiral.arrays import FloatArray, locked
+
+__all__ = ["Solids"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solids:
+    """Boxes from the ground to `height_agl_m` over the cells of a grid; cells of height 0 are empty."""
+
+    height_agl_m: FloatArray
+    cell_m: float
+    origin_enu_m: FloatArray
+    _pyramid_m: FloatArray
+
+    @classmethod
+    def of(cls, height_agl_m: ArrayLike, cell_m: float, origin_enu_m: ArrayLike) -> Solids:
+        """The boxes of `height_agl_m (rows, cols)`; `origin_enu_m` is the outer south-west corner."""
+        heights = locked(height_agl_m, shape=(None, None), name="height_agl_m")
+        side = 1 << max(heights.shape[0] - 1, heights.shape[1] - 1, 0).bit_length()
+        level = np.zeros((side, side))
+        level[: heights.shape[0], : heights.shape[1]] = heights
+        levels = [level.ravel()]
+        while side > 1:
+            side //= 2
+            level = level.reshape(side, 2, side, 2).max(axis=(1, 3))
+            levels.append(level.ravel())
+        pyramid = locked(np.concatenate(levels[::-1]), shape=(None,), name="pyramid")
+        return cls(heights, float(cell_m), locked(origin_enu_m, shape=(2,), name="origin_enu_m"), pyramid)
+
+    def distance_m(self, position_enu_m: ArrayLike, sweep_enu_m: ArrayLike = 0.0) -> FloatArray:
+        """How near each straight way, from a position `(n, 3)` over its sweep, comes to a box.
+
+        0 inside a box, infinity where there are no boxes. Without a sweep the way is a point.
+        """
+        positions = np.array(position_enu_m, dtype=np.float64, order="C")
+        sweeps = np.empty_like(positions)
+        sweeps[...] = sweep_enu_m
+        distances: FloatArray = _distances(self._pyramid_m, self.cell_m, self.origin_enu_m, positions, sweeps)
+        return distances
+
+
+@njit(cache=True)
+def _slope(p: FloatArray, w: FloatArray, s: float, box: FloatArray) -> float:
+    """Half the derivative in s of the squared distance of p + s·w to the box."""
+    slope = 0.0
+    for c in range(3):
+        x = p[c] + s * w[c]
+        slope += w[c] * (min(x - box[2 * c], 0.0) + max(x - box[2 * c + 1], 0.0))
+    return slope
+
+
+@njit(cache=True)
+def _distance2(p: FloatArray, w: FloatArray, s: float, box: FloatArray) -> float:
+    """The squared distance of p + s·w to the box."""
+    distance2 = 0.0
+    for c in range(3):
+        x = p[c] + s * w[c]
+        over = max(box[2 * c] - x, x - box[2 * c + 1], 0.0)
+        distance2 += over * over
+    return distance2
+
+
+@njit(cache=True)
+def _way_distance2(p: FloatArray, w: FloatArray, box: FloatArray) -> float:
+    """The least squared distance of p + s·w, s in [0, 1], to the box.
+
+    It is convex in s and its slope is piecewise linear, so false position (Illinois) ends in a few steps.
+    """
+    low, high = 0.0, 1.0
+    slope_low, slope_high = _slope(p, w, low, box), _slope(p, w, high, box)
+    s, last, flat = low, 0.0, 1e-12 * (slope_high - slope_low)
+    if slope_low < 0.0 and slope_high <= 0.0:
+        s = high
+    while slope_low < -flat and slope_high > flat:
+        s = (low * slope_high - high * slope_low) / (slope_high - slope_low)
+        slope = _slope(p, w, s, box)
+        if abs(slope) <= flat:
+            break
+        if slope > 0.0:
+            high, slope_high = s, slope
+            slope_low *= 0.5 if last > 0.0 else 1.0
+        else:
+            low, slope_low = s, slope
+            slope_high *= 0.5 if last < 0.0 else 1.0
+        last = slope
+    distance2: float = _distance2(p, w, s, box)
+    return distance2
+
+
+@njit(cache=True)
+def _distances(
+    pyramid: FloatArray, cell: float, origin: FloatArray, positions: FloatArray, sweeps: FloatArray
+) -> FloatArray:
+    # Node (level, r, c) is pyramid[(4^level - 1)/3 + r·2^level + c]; level 0 is the whole grid.
+    levels = 0
+    while ((1 << (2 * (levels + 1))) - 1) // 3 < len(pyramid):
+        levels += 1
+    stack = np.empty((4 * levels + 4, 3), dtype=np.int64)
+    box = np.zeros(6)
+    distances = np.full(len(positions), math.inf)
+    near_r = near_c = -1
+    for k in range(len(positions)):
+        p, w = positions[k], sweeps[k]
+        best = math.inf
+        for warm in range(2):
+            if warm == 0:
+                if near_r < 0:
+                    continue
+                stack[0, 0], stack[0, 1], stack[0, 2] = levels, near_r, near_c
+            else:
+                stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, 0
+            top = 1
+            while top > 0:
+                top -= 1
+                level, r, c = stack[top]
+                height = pyramid[((1 << (2 * level)) - 1) // 3 + (r << level) + c]
+                if height <= 0.0:
+                    continue
+                size = cell * (1 << (levels - level))
+                box[0], box[1] = origin[0] + c * size, origin[0] + (c + 1) * size
+                box[2], box[3] = origin[1] + r * size, origin[1] + (r + 1) * size
+                box[5] = height
+                distance2 = _way_distance2(p, w, box)
+                if distance2 >= best:
+                    continue
+                if level == levels:
+                    best, near_r, near_c = distance2, r, c
+                    continue
+                for child in range(4):
+                    stack[top, 0] = level + 1
+                    stack[top, 1] = 2 * r + child // 2
+                    stack[top, 2] = 2 * c + child % 2
+                    top += 1
+        distances[k] = math.sqrt(best)
+    return distances
