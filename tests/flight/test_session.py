@@ -85,6 +85,24 @@ def test_the_join_is_smooth_and_no_setpoint_is_a_placeholder(px4):
     assert all(m.type_mask == 0 and m.coordinate_frame == 1 for _, m in px4.setpoints)
 
 
+def test_the_first_setpoint_is_where_it_hovers_as_it_looks(px4):
+    px4.wind_ned_mps = (0.12, -0.1, 0.0)
+    session = make_session()
+    fly(session, px4, until=lambda: px4.setpoints)
+    first = px4.setpoints[0][1]
+    assert (first.x, first.y, first.z) == pytest.approx(tuple(px4.position), abs=0.02)
+    assert first.yaw == pytest.approx(px4.yaw, abs=1e-6)
+
+
+def test_a_hover_too_far_from_the_first_point_lands(px4):
+    session = make_session()
+    fly(session, px4, until=lambda: px4.armed_height_m > 5)
+    px4.position[0] += 8.0
+    fly_on(session, px4)
+    assert "it hovers 8.0 m from the first point" in session.outcome.reason and not session.outcome.ok
+    assert not px4.armed and not px4.setpoints
+
+
 def test_setpoints_flow_a_second_before_offboard_and_at_fifty_hertz(px4):
     session = make_session()
     fly(session, px4)
@@ -101,6 +119,13 @@ def test_only_the_telemetry_that_is_needed_remains(px4):
     fly(session, px4, until=lambda: session.state is State.ARM)
     assert px4.intervals_us.keys() == {"LOCAL_POSITION_NED", "ATTITUDE", "EXTENDED_SYS_STATE", "SYS_STATUS"}
     assert px4.intervals_us["LOCAL_POSITION_NED"] == pytest.approx(20_000)
+
+
+@pytest.mark.parametrize("seed", [4, 5])
+def test_telemetry_is_asked_for_until_it_has_taken(px4, seed):
+    session = make_session()
+    fly(session, px4, until=lambda: session.state is State.ARM, up=Air(seed, loss=0.5))
+    assert px4.intervals_us.keys() == {"LOCAL_POSITION_NED", "ATTITUDE", "EXTENDED_SYS_STATE", "SYS_STATUS"}
 
 
 def test_path_time_is_the_vehicle_s_time_when_it_keeps_up(px4):
