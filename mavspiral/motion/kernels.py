@@ -20,7 +20,7 @@ GAIN_SLOWER, GAIN_FASTER = 0.7, 0.3
 
 @njit(cache=True)
 def rate_caps(table: FloatArray, limits: FloatArray) -> FloatArray:
-    """The largest u̇² at each row under every limit, if ü is such that the speed along the curve is steady."""
+    """The largest u̇² at each row that is allowed together with some ü."""
     speed, climb, descent, acceleration, _, yaw_rate, yaw_acceleration = limits
     caps = np.empty(len(table))
     for i in range(len(table)):
@@ -36,8 +36,13 @@ def rate_caps(table: FloatArray, limits: FloatArray) -> FloatArray:
             cap = min(cap, (yaw_rate / w1) ** 2)
         if bend > 0.0:
             cap = min(cap, acceleration / bend)
-        if swing > 0.0:
-            cap = min(cap, yaw_acceleration / swing)
+        if swing * cap > yaw_acceleration:
+            # ü may help: swing·b = α + |ψ′|·√((A² - bend²·b²) / |p′|²), the larger root.
+            help2 = w1 * w1 / metric
+            square = swing * swing + help2 * bend * bend
+            rest = yaw_acceleration**2 - help2 * acceleration**2
+            root = (swing * yaw_acceleration) ** 2 - square * rest
+            cap = min(cap, (swing * yaw_acceleration + math.sqrt(max(root, 0.0))) / square)
         caps[i] = cap
     return caps
 

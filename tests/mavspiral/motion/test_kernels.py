@@ -1,6 +1,6 @@
 """Each kernel against a slow twin or another's work."""
 
-from dataclasses import astuple
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -26,6 +26,7 @@ def test_without_jerk_it_is_toppra(make_helix, make_gaze, limits):
     toppra = pytest.importorskip("toppra")
     toppra.setup_logging("ERROR")
     path, gaze = make_helix(turns=1, pitch_m=0.0), make_gaze(sway_rad=0.4)
+    limits = replace(limits, yaw_acceleration_radps2=0.15)  # so that it binds
     table, u = tabulate(path, gaze, 800)
     angles = 2 * np.pi * np.arange(64) / 64
 
@@ -60,6 +61,13 @@ def test_without_jerk_it_is_toppra(make_helix, make_gaze, limits):
     np.testing.assert_allclose(ours[1:-1], theirs[1:-1], rtol=5e-3)
     ours_s, theirs_s = (kernels.time_grid(rates, u[1])[-1] for rates in (ours, np.asarray(theirs)))
     assert theirs_s * (1 - 1e-6) <= ours_s <= 1.001 * theirs_s  # their polygon lies outside of our circle
+
+
+@pytest.mark.parametrize(("height", "bound"), [(30.0, "climb_mps"), (-30.0, "descent_mps")])
+def test_a_steep_way_is_capped_by_climb_or_descent(limits, height, bound):
+    table, _ = tabulate(LinePath([0, 0, 40], [4, 0, 40 + height]), lambda u, order=0: 0.0 * u, 50)
+    caps = kernels.rate_caps(table, np.array(astuple(limits)))
+    np.testing.assert_allclose(30.0 * np.sqrt(caps), getattr(limits, bound))
 
 
 def test_without_jerk_a_line_is_a_trapezium(make_gaze, limits):

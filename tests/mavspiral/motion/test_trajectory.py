@@ -23,8 +23,8 @@ def flight(make_helix, make_gaze, limits):
     yaw = float(inward(0.0))
     return Trajectory(
         (
-            leg("approach-1", up, TurnGaze(0.4, 0.4), limits),
-            leg("approach-2", over, TurnGaze(0.4, yaw - 4 * np.pi), limits),
+            leg("approach-1", up, TurnGaze(0.4 - 4 * np.pi, 0.4), limits),
+            leg("approach-2", over, TurnGaze(0.4 - 4 * np.pi, yaw), limits),
             leg("inspection", helix, inward, limits, pitch=-0.2),
         )
     )
