@@ -125,6 +125,21 @@ def test_dropped_askew_and_drifting_it_comes_to_rest_level_on_the_ground(plant):
     np.testing.assert_array_equal(body["position_ned_m"], at_rest["position_ned_m"])
 
 
+def test_what_the_accelerometer_feels_integrates_to_the_velocity_through_a_landing(plant, x500):
+    """Also while thrust fades on the ground, where the body falls asleep and wakes."""
+    body, velocity, speed = new_body(LEVEL, (0.0, 0.0, -0.3)), np.zeros(3), hover_speed(x500)
+    body["rotor_speed_radps"] = speed
+    body["velocity_ned_mps"] = 0.2, 0.1, 0.7
+    velocity = body["velocity_ned_mps"][0].copy()
+    for k in range(2400):
+        step(as_record(body)[0], as_record(plant)[0], speed * max(0.3, 1.0 - k / 2400.0))
+        velocity += STEP_S * (
+            np.array(rotate(body["q_ned_frd"][0], body["specific_force_frd_mps2"][0])) + (0.0, 0.0, GRAVITY_MPS2)
+        )
+        np.testing.assert_allclose(velocity, body["velocity_ned_mps"][0], atol=0.02)
+    np.testing.assert_array_equal(body["velocity_ned_mps"], 0.0)
+
+
 def test_the_ground_lies_where_it_is_put(x500):
     plant = new_plant(x500, -3.0)
     body = new_body(LEVEL, (0.0, 0.0, -5.0))
