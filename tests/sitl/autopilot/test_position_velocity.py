@@ -39,7 +39,9 @@ def test_no_acceleration_is_hover_thrust_straight_up():
 
 
 def test_small_accelerations_are_made_exactly():
-    np.testing.assert_allclose(thrust((1.0, -2.0, 0.0)) / HOVER * GRAVITY_MPS2, (1.0, -2.0, -GRAVITY_MPS2), atol=1e-12)
+    np.testing.assert_allclose(
+        thrust((1.0, -2.0, 0.0)) / HOVER * GRAVITY_MPS2, (1.0, -2.0, -GRAVITY_MPS2), atol=1e-12
+    )
 
 
 @few
