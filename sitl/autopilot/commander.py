@@ -157,6 +157,11 @@ class Commander:
             setpoint=state.setpoint,
         )
 
+    @property
+    def has_notices(self) -> bool:
+        """Whether there is something to tell."""
+        return bool(self._state.notices)
+
     def take_notices(self) -> tuple[Notice, ...]:
         """What there is to tell since the last call."""
         notices, self._state.notices = self._state.notices, ()
