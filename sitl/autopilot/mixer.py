@@ -94,7 +94,7 @@ def mix(
 @kernel
 def signal_for(thrust: float, model: float) -> float:
     """The motor signal that gives `thrust` = model·s² + (1 - model)·s (THR_MDL_FAC)."""
-    if model <= 0.0:
-        return thrust
+    if thrust <= 0.0:
+        return 0.0
     rest = 1.0 - model
-    return (-rest + math.sqrt(rest * rest + 4.0 * model * thrust)) / (2.0 * model)
+    return 2.0 * thrust / (rest + math.sqrt(rest * rest + 4.0 * model * thrust))

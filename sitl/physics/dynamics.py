@@ -200,10 +200,10 @@ def step(body: np.record, plant: np.record, target_speed_radps: FloatArray) -> N
     q0 = (q[0], q[1], q[2], q[3])
     near = p0[2] > plant.ground_down_m - 1.0
     if near and ground_holds(p0, v0, q0, w0, *_air_load(v0, q0, rotor1, plant), plant):
-        v[:] = 0.0
-        w[:] = 0.0
-        f = unrotate(q0, (0.0, 0.0, -GRAVITY_MPS2))
+        # What stops it is felt: an accelerometer's integral has to stay the velocity.
+        f = unrotate(q0, (-v0[0] / h, -v0[1] / h, -v0[2] / h - GRAVITY_MPS2))
         for i in range(3):
+            v[i] = w[i] = 0.0
             body.specific_force_frd_mps2[i] = f[i]
             body.mean_rate_frd_radps[i] = 0.0
         return

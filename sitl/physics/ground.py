@@ -14,7 +14,7 @@ __all__ = ["ground_holds", "ground_load"]
 
 _STILL_MPS = 0.02
 _STILL_RADPS = 0.05
-_SETTLED = 0.1
+_SETTLED, _UNSETTLED = 0.1, 0.5
 
 
 @kernel
@@ -60,7 +60,8 @@ def ground_holds(
     A standing vehicle is then left exactly where it is; regularised friction alone would let it creep in
     the wind.
     """
-    if velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2 > _STILL_MPS**2:
+    speed = math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2)
+    if speed > _STILL_MPS:
         return False
     if rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2 > _STILL_RADPS**2:
         return False
@@ -73,8 +74,9 @@ def ground_holds(
         spring += plant.foot_spring_npm * sink
     fn, fe, fd = rotate(q, force)
     weight = fd + plant.mass_kg * GRAVITY_MPS2
-    if abs(spring - weight) > _SETTLED * weight:
-        return False  # still for a moment, at the turning point of a bounce
+    # Still, but at the turning point of a bounce? Once held it stays so until the legs are much too bent.
+    if abs(spring - weight) > (_SETTLED if speed > 0.0 else _UNSETTLED) * weight:
+        return False
     x, y, z = abs(plant.foot_frd_m[0, 0]), abs(plant.foot_frd_m[0, 1]), plant.foot_frd_m[0, 2]
     return bool(
         fn * fn + fe * fe <= (plant.friction * weight) ** 2

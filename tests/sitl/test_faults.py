@@ -37,5 +37,6 @@ def test_a_bad_spec_is_one_clear_line(spec, complaint):
 
 def test_a_fault_is_active_from_its_start_until_before_its_end():
     fault = parse_fault("gps_loss@60s+20s")
-    assert [fault.active(t) for t in (59_999_999, 60_000_000, 79_999_999, 80_000_000)] == [False, True, True, False]
+    times_us = (59_999_999, 60_000_000, 79_999_999, 80_000_000)
+    assert [fault.active(t) for t in times_us] == [False, True, True, False]
     assert parse_fault("motor=1:0@1s").active(10**12)

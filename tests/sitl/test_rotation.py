@@ -8,7 +8,7 @@ from sitl import rotation as r
 
 part = st.floats(-1.0, 1.0)
 quaternions = (
-    st.tuples(part, part, part, part).filter(lambda q: sum(x * x for x in q) > 1e-3).map(lambda q: r.normalized(q))
+    st.tuples(part, part, part, part).filter(lambda q: sum(x * x for x in q) > 1e-3).map(r.normalized)
 )
 vectors = st.tuples(*[st.floats(-100.0, 100.0)] * 3)
 few = settings(max_examples=60, deadline=None)
