@@ -82,12 +82,12 @@ class Simulator:
         while craft.time_us + FRAME_US <= now_us:
             craft.advance()
             for link, out in zip(links, outs, strict=True):
-                out += link.send(craft, craft.time_us)
+                out += link.send(craft)
             if craft.commander.has_notices:
                 self._tell(outs)
         for link, data, out in zip(links, received, outs, strict=True):
             if data:
-                out += link.receive(data, craft, craft.time_us)
+                out += link.receive(data, craft)
         self._forward(outs)
         if craft.commander.has_notices:
             self._tell(outs)
