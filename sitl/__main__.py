@@ -23,7 +23,11 @@ def main(argv: list[str] | None = None) -> int:
     """Run the vehicle until Ctrl-C. Returns the exit code: 2 when a port is taken or an option is wrong."""
     options = _parser().parse_args(argv)
     home, heading_ned_rad = options.home
-    airframe = load_airframe(options.airframe)
+    try:
+        airframe = load_airframe(options.airframe)
+    except ValueError as error:
+        print(f"sitl: {error}", file=sys.stderr)
+        return 2
     vehicle = VehicleConfig(
         airframe=airframe,
         params=Params(airframe.params),
@@ -41,6 +45,9 @@ def main(argv: list[str] | None = None) -> int:
         links = px4_links(options.bind, options.instance)
     except PortTakenError as error:
         print(f"sitl: {error}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"sitl: cannot listen on {options.bind}: {error.strerror}", file=sys.stderr)
         return 2
     simulator = Simulator(config)
     print(

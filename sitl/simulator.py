@@ -82,13 +82,15 @@ class Simulator:
         while craft.time_us + FRAME_US <= now_us:
             craft.advance()
             for link, out in zip(links, outs, strict=True):
-                out += link.send(craft, craft.time_us)
-            self._tell(outs)
+                out += link.send(craft)
+            if craft.commander.has_notices:
+                self._tell(outs)
         for link, data, out in zip(links, received, outs, strict=True):
             if data:
-                out += link.receive(data, craft, craft.time_us)
+                out += link.receive(data, craft)
         self._forward(outs)
-        self._tell(outs)
+        if craft.commander.has_notices:
+            self._tell(outs)
         return tuple(map(bytes, outs))
 
     def take_events(self) -> tuple[Event, ...]:

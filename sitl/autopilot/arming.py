@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from sitl.autopilot.modes import MODES
 from sitl.geo import geodetic_of_ned
-from sitl.orders import Condition, Home
+from sitl.orders import Condition, Home, Mode
 from sitl.signals import GeoPoint
 
-__all__ = ["home_of", "idle_limit_us", "is_ready"]
+__all__ = ["home_of", "idle_limit_us", "is_ready", "why_not_arm"]
 
 _PREFLIGHT_EXTRA_US = 1_500_000
 """Auto-disarm without take-off was seen 11.5 s after arming, with COM_DISARM_PRFLT = 10 s."""
@@ -24,6 +25,17 @@ def is_ready(condition: Condition) -> bool:
         and estimate.height_ok
         and condition.origin is not None
     )
+
+
+def why_not_arm(condition: Condition, mode: Mode, *, streamed: bool) -> str | None:
+    """What speaks against arming in this mode; None when nothing does."""
+    if not is_ready(condition):
+        return "Resolve system health failures first"
+    if not MODES[mode].arms:
+        return "Mode not suitable for takeoff"
+    if mode is Mode.OFFBOARD and not streamed:
+        return "No offboard signal"
+    return None
 
 
 def home_of(condition: Condition) -> Home | None:

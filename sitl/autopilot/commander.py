@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from sitl.autopilot.arming import home_of, idle_limit_us, is_ready
+from sitl.autopilot.arming import home_of, idle_limit_us, is_ready, why_not_arm
 from sitl.autopilot.course import Course, begin_course
 from sitl.autopilot.glide import start_glide
 from sitl.autopilot.modes import MODES, Briefing, climbs, repositioned
@@ -39,6 +39,7 @@ _NAN3 = (math.nan, math.nan, math.nan)
 _NOTHING = Setpoint(vector(_NAN3), vector(_NAN3), vector(_NAN3), math.nan, math.nan)
 _DISARMED = Demand(armed=False, idle=True, setpoint=_NOTHING)
 _IDLE = Demand(armed=True, idle=True, setpoint=_NOTHING)
+_ALOFT = {Mode.TAKEOFF: Landed.TAKING_OFF, Mode.LAND: Landed.LANDING}
 
 
 @dataclass(slots=True)
@@ -143,19 +144,21 @@ class Commander:
     def status(self, condition: Condition) -> FlightStatus:
         """What the commander says of itself."""
         state = self._state
-        landed = Landed.ON_GROUND
-        if not condition.on_ground:
-            aloft = {Mode.TAKEOFF: Landed.TAKING_OFF, Mode.LAND: Landed.LANDING}
-            landed = aloft.get(state.conduct, Landed.IN_AIR)
+        aloft = _ALOFT.get(state.conduct, Landed.IN_AIR)
         return FlightStatus(
             armed=state.armed,
             mode=state.conduct,
-            landed=landed,
+            landed=Landed.ON_GROUND if condition.on_ground else aloft,
             ready=is_ready(condition),
             failsafe=state.failsafe is not None,
             home=state.home,
             setpoint=state.setpoint,
         )
+
+    @property
+    def has_notices(self) -> bool:
+        """Whether there is something to tell."""
+        return bool(self._state.notices)
 
     def take_notices(self) -> tuple[Notice, ...]:
         """What there is to tell since the last call."""
@@ -175,9 +178,9 @@ class Commander:
         if state.armed:
             return Verdict.ACCEPTED
         if not force:
-            refusal = self._refusal(condition)
-            if refusal:
-                self._notify(condition, Severity.CRITICAL, f"Arming denied: {refusal}")
+            reason = why_not_arm(condition, state.mode, streamed=self._streamed(condition))
+            if reason is not None:
+                self._notify(condition, Severity.CRITICAL, f"Arming denied: {reason}")
                 return Verdict.NOT_NOW
         state.armed, state.armed_at_us = True, condition.time_us
         state.flown, state.standing_since_us, state.failsafe = False, None, None
@@ -185,15 +188,6 @@ class Commander:
         state.home = home_of(condition) or state.home
         self._notify(condition, Severity.INFO, "Armed by external command")
         return Verdict.ACCEPTED
-
-    def _refusal(self, condition: Condition) -> str | None:
-        if not is_ready(condition):
-            return "Resolve system health failures first"
-        if not MODES[self._state.mode].arms:
-            return "Mode not suitable for takeoff"
-        if self._state.mode is Mode.OFFBOARD and not self._streamed(condition):
-            return "No offboard signal"
-        return None
 
     def _disarm(self, condition: Condition, *, force: bool) -> Verdict:
         if not self._state.armed:

@@ -7,6 +7,7 @@ is left of it goes through pymavlink's parser, so that the same frames are accep
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from struct import Struct
 from typing import NamedTuple
@@ -23,6 +24,10 @@ _MAGIC_V1 = 0xFE
 _HEADER_LENGTH = 10
 _HEADER_LENGTH_V1 = 6
 _CHECKSUM_LENGTH = 2
+_crc: Callable[[bytes, int], int] = getattr(common, "mcrf4xx", None) or (
+    lambda data, _: common.x25crc(data).crc
+)
+"""CRC-16/MCRF4XX: in C where pymavlink has it."""
 
 
 class Received(NamedTuple):
@@ -154,5 +159,4 @@ def _decode(frame: bytes | bytearray) -> Received:
 
 
 def _checksum(frame: bytes | bytearray, crc_extra: bytes) -> bytes:
-    crc: int = common.x25crc(bytes(frame[1:]) + crc_extra).crc
-    return crc.to_bytes(_CHECKSUM_LENGTH, "little")
+    return _crc(bytes(frame[1:]) + crc_extra, 0xFFFF).to_bytes(_CHECKSUM_LENGTH, "little")

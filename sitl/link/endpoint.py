@@ -71,11 +71,11 @@ class UdpLink:
         return b"".join(chunks)
 
     def send(self, data: bytes) -> None:
-        """Send whole frames in datagrams of a modest size. Nobody there, or no room: they are lost."""
+        """Send whole frames in datagrams of a modest size. Where there is no way or no room they are lost."""
         for datagram in datagrams(data):
             try:
                 self._socket.sendto(datagram, self._partner)
-            except (BlockingIOError, ConnectionError):
+            except OSError:  # as on a radio: telemetry is not worth stopping a flight
                 return
 
     def close(self) -> None:

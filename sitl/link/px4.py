@@ -9,24 +9,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 from pymavlink.dialects.v20 import common
 
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import ORDERS, Command, command_of
+from sitl.link.helm import Helm
 from sitl.link.instruments import INSTRUMENTS
 from sitl.link.messages import Message, MessageType, message_type
-from sitl.link.parameters import ParameterService, ParameterTable
+from sitl.link.parameters import ParameterService
 from sitl.link.px4_status import MODE_OF_CODE, STATUS
 from sitl.link.report import Report
 from sitl.link.setpoints import setpoint_of
 from sitl.link.streams import Schedule, Streams
 from sitl.link.telemetry import TELEMETRY, Builder
-from sitl.orders import Notice, Order, Severity, SwitchMode, Verdict
-from sitl.signals import FloatArray, Setpoint
+from sitl.orders import Notice, Severity, SwitchMode, Verdict
 
-__all__ = ["Helm", "Px4Link", "Px4LinkState"]
+__all__ = ["Px4Link", "Px4LinkState"]
 
 _HEARTBEAT = message_type("HEARTBEAT")
 _SET_POSITION_TARGET = message_type("SET_POSITION_TARGET_LOCAL_NED")
@@ -56,31 +55,8 @@ _SEVERITIES = {
     Severity.INFO: common.MAV_SEVERITY_INFO,
 }
 _CUSTOM_MODE = 1
-_VERDICT_DELAY_US = 10_000
-"""PX4's receiver acknowledges DO_SET_MODE at once, its commander that much later."""
 _TEXT_LENGTH = 50
 _OURS, _ANY = common.MAV_COMP_ID_AUTOPILOT1, common.MAV_COMP_ID_ALL
-
-
-class Helm(Protocol):
-    """What a link may touch of the vehicle behind it."""
-
-    parameters: ParameterTable
-
-    def set_parameter(self, name: str, value: float) -> None:
-        """Change a parameter, and whatever depends on it."""
-
-    def obey(self, order: Order) -> Verdict:
-        """Carry out the order, or not."""
-
-    def steer(self, setpoint: Setpoint) -> None:
-        """Take an OFFBOARD setpoint."""
-
-    def attitude(self) -> FloatArray:
-        """The attitude `q_ned_frd`, as estimated."""
-
-    def report(self) -> Report:
-        """All that there is to tell now."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +66,7 @@ class Px4LinkState:
     codec: CodecState
     schedule: Schedule
     parameters: ParameterService
-    later: tuple[tuple[int, Message], ...]
+    verdicts: tuple[Message, ...]
     hears_gcs: bool
     told_origin: Message | None
     ping_sequence: int
@@ -104,34 +80,32 @@ class Px4Link:
         self._codec = Codec(system, _OURS)
         self._streams = Streams(rates_hz)
         self._parameters = ParameterService()
-        self._later: tuple[tuple[int, Message], ...] = ()
+        self._verdicts: tuple[Message, ...] = ()
         self._hears_gcs = False
         self._heartbeats: list[Received] = []
         self._told_origin: Message | None = None
         self._ping_sequence = 0
         self._text_number = 0
 
-    def receive(self, data: bytes, helm: Helm, now_us: int) -> bytes:
+    def receive(self, data: bytes, helm: Helm) -> bytes:
         """Take what came in, and say what is to be answered at once."""
         out = b""
         for received in self._codec.decode(data):
             handle = _HANDLERS.get(type(received.message))
             if handle is not None:
-                for answer in handle(self, received, helm, now_us):
+                for answer in handle(self, received, helm):
                     out += self._codec.encode(answer)
         return out
 
-    def send(self, helm: Helm, now_us: int) -> bytes:
+    def send(self, helm: Helm) -> bytes:
         """What is to be sent unasked in this frame."""
         out = b""
-        if self._later:
-            for due_us, message in self._later:
-                if due_us <= now_us:
-                    out += self._codec.encode(message)
-            self._later = tuple(item for item in self._later if item[0] > now_us)
+        verdicts, self._verdicts = self._verdicts, ()
+        for message in verdicts:
+            out += self._codec.encode(message)
         for message in self._parameters.proceed(helm.parameters):
             out += self._codec.encode(message)
-        due = self._streams.due(now_us)
+        due = self._streams.due(helm.time_us)
         if due:
             report = helm.report()
             for message_id in due:
@@ -169,7 +143,7 @@ class Px4Link:
             self._codec.snapshot(),
             self._streams.snapshot(),
             replace(self._parameters),
-            self._later,
+            self._verdicts,
             self._hears_gcs,
             self._told_origin,
             self._ping_sequence,
@@ -181,7 +155,7 @@ class Px4Link:
         self._codec.restore(state.codec)
         self._streams.restore(state.schedule)
         self._parameters = replace(state.parameters)
-        self._later, self._hears_gcs = state.later, state.hears_gcs
+        self._verdicts, self._hears_gcs = state.verdicts, state.hears_gcs
         self._told_origin = state.told_origin
         self._ping_sequence, self._text_number = state.ping_sequence, state.text_number
 
@@ -202,12 +176,12 @@ class Px4Link:
     def _addresses_us(self, message: Message) -> bool:
         return message.target_system == self._codec.system and message.target_component in (_OURS, _ANY)
 
-    def _on_heartbeat(self, received: Received, _helm: Helm, _now_us: int) -> list[Message]:
+    def _on_heartbeat(self, received: Received, _: Helm) -> list[Message]:
         self._hears_gcs |= received.message.type == common.MAV_TYPE_GCS
         self._heartbeats.append(received)
         return []
 
-    def _on_setpoint(self, received: Received, helm: Helm, _now_us: int) -> list[Message]:
+    def _on_setpoint(self, received: Received, helm: Helm) -> list[Message]:
         message = received.message
         if message.target_system in (self._codec.system, 0) and message.target_component in (_OURS, _ANY):
             setpoint = setpoint_of(message, helm.attitude)
@@ -215,22 +189,22 @@ class Px4Link:
                 helm.steer(setpoint)
         return []
 
-    def _on_parameter(self, received: Received, helm: Helm, _now_us: int) -> list[Message]:
+    def _on_parameter(self, received: Received, helm: Helm) -> list[Message]:
         if not self._addresses_us(received.message):
             return []
         return self._parameters.receive(received.message, helm.parameters, helm.set_parameter)
 
-    def _on_ping(self, received: Received, _helm: Helm, _now_us: int) -> list[Message]:
+    def _on_ping(self, received: Received, _: Helm) -> list[Message]:
         ping = received.message
         if ping.target_system or ping.target_component:
             return []
         return [_PING(ping.time_usec, ping.seq, received.system, received.component)]
 
-    def _on_timesync(self, received: Received, helm: Helm, _now_us: int) -> list[Message]:
+    def _on_timesync(self, received: Received, helm: Helm) -> list[Message]:
         timesync = received.message
-        return [] if timesync.tc1 else [_TIMESYNC(helm.report().time_us * 1000, timesync.ts1)]
+        return [] if timesync.tc1 else [_TIMESYNC(helm.time_us * 1000, timesync.ts1)]
 
-    def _on_set_mode(self, received: Received, helm: Helm, _now_us: int) -> list[Message]:
+    def _on_set_mode(self, received: Received, helm: Helm) -> list[Message]:
         message = received.message
         if message.target_system != self._codec.system:
             return []
@@ -238,13 +212,13 @@ class Px4Link:
         result = _switch_mode(message.base_mode, code, helm)
         return [_ack(common.MAV_CMD_DO_SET_MODE, result, received)]
 
-    def _on_command(self, received: Received, helm: Helm, now_us: int) -> list[Message]:
+    def _on_command(self, received: Received, helm: Helm) -> list[Message]:
         if not self._addresses_us(received.message):
             return []
         command = command_of(received.message)
         special = _COMMANDS.get(command.number)
         if special is not None:
-            return special(self, command, received, helm, now_us)
+            return special(self, command, received, helm)
         order_of = ORDERS.get(command.number)
         if order_of is None:
             return [_ack(command.number, common.MAV_RESULT_UNSUPPORTED, received)]
@@ -252,33 +226,32 @@ class Px4Link:
         result = common.MAV_RESULT_DENIED if order is None else _RESULTS[helm.obey(order)]
         return [_ack(command.number, result, received)]
 
-    def _do_set_mode(self, command: Command, received: Received, helm: Helm, now_us: int) -> list[Message]:
+    def _do_set_mode(self, command: Command, received: Received, helm: Helm) -> list[Message]:
+        """PX4's receiver says yes at once. Its commander says what came of it a frame (10 ms) later."""
         code = _byte(command.param2), _byte(command.param3)
         verdict = _ack(command.number, _switch_mode(_byte(command.param1), code, helm), received)
-        self._later = (*self._later, (now_us + _VERDICT_DELAY_US, verdict))
+        self._verdicts = (*self._verdicts, verdict)
         return [_ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
-    def _request_message(self, command: Command, received: Received, helm: Helm, _: int) -> list[Message]:
+    def _request_message(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         builder = _BUILDERS.get(_number(command.param1))
         message = None if builder is None else builder(helm.report())
         if message is None:
             return [_ack(command.number, common.MAV_RESULT_DENIED, received)]
         return [message, _ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
-    def _request_version(
-        self, command: Command, received: Received, helm: Helm, now_us: int
-    ) -> list[Message]:
+    def _request_version(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         version = command._replace(param1=float(_AUTOPILOT_VERSION.ID))
-        return self._request_message(version, received, helm, now_us)
+        return self._request_message(version, received, helm)
 
-    def _set_interval(self, command: Command, received: Received, _helm: Helm, now_us: int) -> list[Message]:
+    def _set_interval(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         message_id = _number(command.param1)
         if message_id not in _BUILDERS and message_id not in (_PING.ID, _TIMESYNC.ID):
             return [_ack(command.number, common.MAV_RESULT_FAILED, received)]
-        self._streams.set_interval_us(message_id, command.param2, now_us)
+        self._streams.set_interval_us(message_id, command.param2, helm.time_us)
         return [_ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
-    def _get_interval(self, command: Command, received: Received, _helm: Helm, _now_us: int) -> list[Message]:
+    def _get_interval(self, command: Command, received: Received, _: Helm) -> list[Message]:
         message_id = _number(command.param1)
         interval = _MESSAGE_INTERVAL(self._streams.interval_us(message_id), message_id & 0xFFFF)
         return [interval, _ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
@@ -305,7 +278,7 @@ def _number(value: float) -> int:
     return int(value) if math.isfinite(value) else -1
 
 
-_HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm, int], list[Message]]] = {
+_HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message]]] = {
     _HEARTBEAT: Px4Link._on_heartbeat,
     _SET_POSITION_TARGET: Px4Link._on_setpoint,
     _COMMAND_LONG: Px4Link._on_command,
@@ -315,7 +288,7 @@ _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm, int], list[Me
     _TIMESYNC: Px4Link._on_timesync,
     **dict.fromkeys(_PARAMETER_MESSAGES, Px4Link._on_parameter),
 }
-_COMMANDS: Mapping[int, Callable[[Px4Link, Command, Received, Helm, int], list[Message]]] = {
+_COMMANDS: Mapping[int, Callable[[Px4Link, Command, Received, Helm], list[Message]]] = {
     common.MAV_CMD_DO_SET_MODE: Px4Link._do_set_mode,
     common.MAV_CMD_REQUEST_MESSAGE: Px4Link._request_message,
     common.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: Px4Link._request_version,

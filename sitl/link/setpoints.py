@@ -51,6 +51,8 @@ def setpoint_of(message: Message, attitude: Callable[[], FloatArray]) -> Setpoin
 def _masked(values: tuple[float, float, float], mask: int) -> tuple[float, float, float]:
     """NaN for what the mask's three low bits ignore, and for what is not finite."""
     x, y, z = values
+    if not mask & 7 and math.isfinite(x + y + z):
+        return values
     return (
         math.nan if mask & 1 or not math.isfinite(x) else x,
         math.nan if mask & 2 or not math.isfinite(y) else y,

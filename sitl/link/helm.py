@@ -1,0 +1,34 @@
+"""What all links of a vehicle share: the one way to touch it."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from sitl.link.parameters import ParameterTable
+from sitl.link.report import Report
+from sitl.orders import Order, Verdict
+from sitl.signals import FloatArray, Setpoint
+
+__all__ = ["Helm"]
+
+
+class Helm(Protocol):
+    """What a link may touch of the vehicle behind it."""
+
+    parameters: ParameterTable
+    time_us: int
+
+    def set_parameter(self, name: str, value: float) -> None:
+        """Change a parameter, and whatever depends on it."""
+
+    def obey(self, order: Order) -> Verdict:
+        """Carry out the order, or not."""
+
+    def steer(self, setpoint: Setpoint) -> None:
+        """Take an OFFBOARD setpoint."""
+
+    def attitude(self) -> FloatArray:
+        """The attitude `q_ned_frd`, as estimated."""
+
+    def report(self) -> Report:
+        """All that there is to tell now."""
