@@ -109,13 +109,17 @@ def corners_closed(outline: Ring, radius_m: float) -> Ring:
     along /= np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None]
     balls = points + radius_m * np.stack([along[:, 1], -along[:, 0]], axis=-1)
     stuck = _any_closer(balls, points, radius_m - TOUCH_M)
-    # At the kink itself the normal is the mean of two, and there a ball may seem to fit: one or two points alone
-    # are no place to stand.
+    # At the kink itself the normal is the mean of two, and there a ball may seem to fit: one or two points
+    # alone are no place to stand.
     stuck = ~_runs_of_three(~stuck)
     if not stuck.any() or stuck.all():
         return outline
-    start = int(np.argmin(stuck))
-    points, balls, stuck = (np.roll(a, -start, axis=0) for a in (points, balls, stuck))
+    start = -int(np.argmin(stuck))
+    points, balls, stuck = (
+        np.roll(points, start, axis=0),
+        np.roll(balls, start, axis=0),
+        np.roll(stuck, start),
+    )
     edges = np.flatnonzero(np.diff(stuck.astype(np.int8), append=np.int8(0)))
     pieces, at = [], 0
     for before, last in zip(edges[::2], edges[1::2], strict=True):
