@@ -5,9 +5,9 @@ With the signed distances in plan `s_from` and `s_to` to both, negative inside, 
     (1 − w)·s_from + w·s_to = 0,    w from 0 to 1.
 
 The target lies inside, `s_to ≥ s_from`, so `s_to ≥ 0` along each of them, and so it stays when the blend is
-blurred and the target added to it: a walk never comes closer than its target. A long roof draws back from its far
-end; a court opens from its mouth. How far an outline moves as w grows is measured: every w is tried, and tried
-shorter where that was too far.
+blurred and the target added to it: a walk never comes closer than its target. A long roof draws back from its
+far end; a court opens from its mouth. How far an outline moves as w grows is measured: every w is tried, and
+tried shorter where that was too far.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Walk:
         return outline
 
     def _at(self, share: float) -> Ring:
-        """The outline at `w = share`, its corners closed; the target at the end, and where nothing is left."""
+        """The outline at `w = share`, its corners closed; the target at the end or where nothing is left."""
         if share >= 1.0:
             return self._target
         field = (1.0 - share) * self._from_m + share * self._to_m
@@ -86,14 +86,22 @@ def signed_distance(points: FloatArray, polygon: FloatArray) -> FloatArray:
     and Aanæs 2005), which holds for spikes too.
     """
     corners = polygon.shape[0]
+    longest = 1e-12
+    for j in range(corners):
+        longest = max(longest, np.hypot(polygon[j, 0] - polygon[j - 1, 0], polygon[j, 1] - polygon[j - 1, 1]))
     out = np.empty(points.shape[0])
+    at = 0
     for i in range(points.shape[0]):
         px, py = points[i, 0], points[i, 1]
-        best, at = np.inf, 0
-        for j in range(corners):
-            d = (polygon[j, 0] - px) ** 2 + (polygon[j, 1] - py) ** 2
-            if d < best:
-                best, at = d, j
+        # The corner nearest to the point before is a good first guess, so the search can leap.
+        near, j = np.sqrt((polygon[at, 0] - px) ** 2 + (polygon[at, 1] - py) ** 2), 0
+        while j < corners:
+            d = np.sqrt((polygon[j, 0] - px) ** 2 + (polygon[j, 1] - py) ** 2)
+            if d < near:
+                near, at = d, j
+            # So many corners on, none can be nearer.
+            j += max(1, int((d - near) / longest))
+        best = near * near
         px -= polygon[at, 0]
         py -= polygon[at, 1]
         side, edge_side = 0.0, 0.0

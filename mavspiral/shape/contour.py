@@ -152,16 +152,20 @@ def _arc(start: FloatArray, end: FloatArray, centre: FloatArray) -> FloatArray:
 
 @njit(cache=True)
 def _any_closer(centres: FloatArray, points: FloatArray, distance: float) -> NDArray[np.bool_]:
-    """Which of the centres have a point closer than the distance."""
+    """Which of the centres have one of the points, a closed polygon, closer than the distance."""
     out = np.zeros(centres.shape[0], dtype=np.bool_)
-    limit = distance * distance
+    longest = 1e-12
+    for j in range(points.shape[0]):
+        longest = max(longest, np.hypot(points[j, 0] - points[j - 1, 0], points[j, 1] - points[j - 1, 1]))
     for i in range(centres.shape[0]):
-        for j in range(points.shape[0]):
-            dx = centres[i, 0] - points[j, 0]
-            dy = centres[i, 1] - points[j, 1]
-            if dx * dx + dy * dy < limit:
+        j = 0
+        while j < points.shape[0]:
+            d = np.sqrt((centres[i, 0] - points[j, 0]) ** 2 + (centres[i, 1] - points[j, 1]) ** 2)
+            if d < distance:
                 out[i] = True
                 break
+            # So many points on, none can be closer.
+            j += max(1, int((d - distance) / longest))
     return out
 
 
