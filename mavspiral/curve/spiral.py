@@ -34,6 +34,8 @@ WALK_FIT_M = 0.3
 """The same for outlines on a walk, which only touch the stand-off where they have arrived."""
 MIXING_M = 0.1
 """Of the tolerance, what mixing outlines that slide along each other may take: it sets the step of a walk."""
+ATTEMPTS = 6
+"""A curve that comes too close is planned again, with wider outlines and shorter steps, up to so often."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,13 +140,16 @@ def plan_spiral(
     top_m = max(bottom_m, top_m - ends_lower_m)
     climb = Climb(bottom_m, top_m, int(np.ceil((top_m - bottom_m) / rise_m - 1e-9)))
     required_m = max(clearance_m, standoff_m - TOLERANCE_M)
-    ring_m = standoff_m
-    for _ in range(4):
-        path = _spiral_at(solid, part.anchor_enu_m, climb, ring_m, corner_radius_m, keys_per_turn)
+    # A quartic B-spline mixes keys with a variance of 5/12 key², so outlines that slide by s from key to key
+    # along an arc of radius d leave it by 5/24·s²/d.
+    ring_m, step_m = standoff_m, float(np.sqrt(24.0 / 5.0 * MIXING_M * standoff_m))
+    for _ in range(ATTEMPTS):
+        path = _spiral_at(solid, part.anchor_enu_m, climb, ring_m, corner_radius_m, step_m, keys_per_turn)
         nearest_m, at_rad = _nearest(solid, path)
         if nearest_m >= required_m:
             return Spiral(path, nearest_m, part.left_out)
-        ring_m += 1.2 * (required_m - nearest_m) + 0.01
+        ring_m += 1.2 * (required_m - nearest_m) + 0.02
+        step_m *= 0.75
     place = np.array2string(path(at_rad), precision=1)
     raise LimitError(
         f"the spiral comes within {nearest_m:.2f} m of the building at {place} ENU, "
@@ -158,13 +163,11 @@ def _spiral_at(
     climb: Climb,
     standoff_m: float,
     corner_radius_m: float,
+    step_m: float,
     keys_per_turn: int,
 ) -> SpiralPath:
-    """The spiral whose outlines keep `standoff_m`."""
+    """The spiral whose outlines keep `standoff_m` and walk by `step_m`."""
     key_rad = 2.0 * np.pi / keys_per_turn
-    # A quartic B-spline mixes keys with a variance of 5/12 key², so outlines that slide by s from key to key
-    # along an arc of radius d leave it by 5/24·s²/d.
-    step_m = float(np.sqrt(24.0 / 5.0 * MIXING_M * standoff_m))
     keys_rad = np.arange(-DEGREE, np.ceil(climb.end_rad / key_rad) + 1) * key_rad
     outlines = key_outlines(
         solid,

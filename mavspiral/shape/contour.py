@@ -109,13 +109,17 @@ def corners_closed(outline: Ring, radius_m: float) -> Ring:
     along /= np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None]
     balls = points + radius_m * np.stack([along[:, 1], -along[:, 0]], axis=-1)
     stuck = _any_closer(balls, points, radius_m - TOUCH_M)
-    # At the kink itself the normal is the mean of two, and there a ball may seem to fit: one or two points alone
-    # are no place to stand.
+    # At the kink itself the normal is the mean of two, and there a ball may seem to fit: one or two points
+    # alone are no place to stand.
     stuck = ~_runs_of_three(~stuck)
     if not stuck.any() or stuck.all():
         return outline
-    start = int(np.argmin(stuck))
-    points, balls, stuck = (np.roll(a, -start, axis=0) for a in (points, balls, stuck))
+    start = -int(np.argmin(stuck))
+    points, balls, stuck = (
+        np.roll(points, start, axis=0),
+        np.roll(balls, start, axis=0),
+        np.roll(stuck, start),
+    )
     edges = np.flatnonzero(np.diff(stuck.astype(np.int8), append=np.int8(0)))
     pieces, at = [], 0
     for before, last in zip(edges[::2], edges[1::2], strict=True):
@@ -148,16 +152,20 @@ def _arc(start: FloatArray, end: FloatArray, centre: FloatArray) -> FloatArray:
 
 @njit(cache=True)
 def _any_closer(centres: FloatArray, points: FloatArray, distance: float) -> NDArray[np.bool_]:
-    """Which of the centres have a point closer than the distance."""
+    """Which of the centres have one of the points, a closed polygon, closer than the distance."""
     out = np.zeros(centres.shape[0], dtype=np.bool_)
-    limit = distance * distance
+    longest = 1e-12
+    for j in range(points.shape[0]):
+        longest = max(longest, np.hypot(points[j, 0] - points[j - 1, 0], points[j, 1] - points[j - 1, 1]))
     for i in range(centres.shape[0]):
-        for j in range(points.shape[0]):
-            dx = centres[i, 0] - points[j, 0]
-            dy = centres[i, 1] - points[j, 1]
-            if dx * dx + dy * dy < limit:
+        j = 0
+        while j < points.shape[0]:
+            d = np.sqrt((centres[i, 0] - points[j, 0]) ** 2 + (centres[i, 1] - points[j, 1]) ** 2)
+            if d < distance:
                 out[i] = True
                 break
+            # So many points on, none can be closer.
+            j += max(1, int((d - distance) / longest))
     return out
 
 
