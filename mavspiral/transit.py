@@ -20,6 +20,9 @@ from mavspiral.survey.solids import Solids
 __all__ = ["judge_home", "safe_way", "transit_legs"]
 
 STEP_M = 2.0
+MARGIN_M = 0.5
+"""Ways are this much farther from everything than must be, for what flying leaves of a plan."""
+
 SHORTEST_M = 0.05
 
 
@@ -41,7 +44,7 @@ def safe_way(
         LimitError: no such way below the ceiling; the best one's nearest approach is named.
     """
     lowest_m = float(max(start_enu_m[2], end_enu_m[2]))
-    highest_m = min(ceiling_m, max(lowest_m, top_m + clearance_m))
+    highest_m = min(ceiling_m, max(lowest_m, top_m + clearance_m + MARGIN_M))
     heights_m = np.append(np.arange(lowest_m, highest_m, STEP_M), highest_m)
     ways = [np.array([start_enu_m, end_enu_m])]
     for height_m in heights_m:
@@ -51,7 +54,7 @@ def safe_way(
     for way in ways:
         distance_m = solids.distance_m(way[:-1], np.diff(way, axis=0))
         nearest = int(np.argmin(distance_m))
-        if distance_m[nearest] >= clearance_m:
+        if distance_m[nearest] >= clearance_m + MARGIN_M:
             return way
         if distance_m[nearest] > best_m:
             best_m, best_at = float(distance_m[nearest]), way[nearest]

@@ -222,6 +222,7 @@ def prepare_stream(s: Situation) -> None:
         s.config.governor,
         s.clock.at(s.now_us),
         lead_s=s.profile.lead_s,
+        tilt_lead_s=s.profile.tilt_lead_s,
         damping=parameter(s.vehicle, s.profile, s.profile.damping) or 0.0,
     )
 

@@ -12,10 +12,13 @@ from __future__ import annotations
 
 from mavspiral.flight.messages import Target
 
-__all__ = ["compensated", "learned_drag"]
+__all__ = ["DRAG_TYPICAL_PER_S", "compensated", "learned_drag"]
 
 LEARN_PER_M_S2 = 0.02
 """PX4 lags about 0.6 m for each m/s² that it is not told of: at 5 m/s this learns in 17 s."""
+
+DRAG_TYPICAL_PER_S = 0.1
+"""What is believed before anything is learned."""
 
 DRAG_MAX_PER_S = 0.3
 DAMPING_MAX = 0.5

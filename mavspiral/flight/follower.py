@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mavspiral.flight.feedforward import compensated, learned_drag
+from mavspiral.flight.feedforward import DRAG_TYPICAL_PER_S, compensated, learned_drag
 from mavspiral.flight.governor import GovernorLimits, Pace, advance, wanted_rate
 from mavspiral.flight.messages import Target, Triple
 from mavspiral.flight.reference import Reference
@@ -19,6 +19,7 @@ class Follower:
         reference: the motion.
         limits: of the governor.
         lead_s: how far ahead of path time the setpoint is taken, for what the vehicle takes to act on it.
+        tilt_lead_s: the same for its acceleration, which the vehicle must tilt for.
         damping: what share of its measured acceleration the vehicle takes off again (`feedforward`).
         vehicle_us: the vehicle's time now.
         pace: the path time and its rate to begin with.
@@ -31,6 +32,7 @@ class Follower:
         vehicle_us: float,
         *,
         lead_s: float = 0.0,
+        tilt_lead_s: float = 0.0,
         damping: float = 0.0,
         pace: Pace | None = None,
     ) -> None:
@@ -38,12 +40,12 @@ class Follower:
         self.pace = pace or Pace()
         self.error_m = 0.0
         self._limits = limits
-        self._lead_s = lead_s
+        self._lead_s, self._tilt_lead_s = lead_s, tilt_lead_s
         self._damping = damping
         self._vehicle_us = vehicle_us
         self._speed_mps = 0.0
         self._heard_us = vehicle_us
-        self.drag_per_s = 0.0
+        self.drag_per_s = DRAG_TYPICAL_PER_S
 
     @property
     def due(self) -> Target:
@@ -82,4 +84,6 @@ class Follower:
         self.pace = advance(self.pace, dt_s, wanted, self._speed_mps, self._limits)
         path_t_s, rate, rate_change_per_s = self.pace
         target = self.reference.at(path_t_s + rate * self._lead_s, rate, rate_change_per_s)
+        tilting = self.reference.at(path_t_s + rate * self._tilt_lead_s, rate, rate_change_per_s)
+        target = target._replace(acceleration_ned_mps2=tilting.acceleration_ned_mps2)
         return compensated(target, self._damping, self.drag_per_s)

@@ -31,6 +31,7 @@ class Profile:
         kept: messages that are answers or notices, never switched off.
         quiet: streams that begin only in flight, switched off beforehand.
         lead_s: how long it takes to act on a setpoint; by so much they are sent ahead.
+        tilt_lead_s: the same for a setpoint's acceleration, which it must tilt for.
         pre_stream_s: for how long it wants to see setpoints before it will follow them.
         takeoff_params: of NAV_TAKEOFF, from the height to reach AMSL and above home.
         takeoff_within_m: how near to its take-off height it calls itself arrived.
@@ -56,6 +57,7 @@ class Profile:
     kept: frozenset[int]
     quiet: frozenset[int]
     lead_s: float
+    tilt_lead_s: float
     pre_stream_s: float
     takeoff_params: Callable[[float, float], tuple[float, ...]]
     takeoff_within_m: float

@@ -62,6 +62,7 @@ PX4 = Profile(
     ),
     quiet=frozenset({MessageId.POSITION_TARGET_LOCAL_NED, MessageId.POSITION_TARGET_GLOBAL_INT}),
     lead_s=0.02,
+    tilt_lead_s=0.12,
     pre_stream_s=1.0,
     takeoff_params=_takeoff_params,
     takeoff_within_m=1.0,

@@ -76,8 +76,8 @@ def test_a_plan_that_fails_its_limits_exits_1_and_writes_nothing(tmp_path):
     [
         ("standoff_m", "stand_off_m", "did you mean standoff_m?"),
         ("maps/kiosk.geojson", "maps/nowhere.geojson", "no such map"),
-        ("home = [19.449445, -99.15685]", "home = [19.44967, -99.15685]", "is inside something"),
-        ("home = [19.449445, -99.15685]", "home = [19.449585, -99.15685]", "from the nearest wall"),
+        ("home = [23.96028, 32.8675]", "home = [23.9605, 32.8675]", "is inside something"),
+        ("home = [23.96028, 32.8675]", "home = [23.960445, 32.8675]", "from the nearest wall"),
         ('gps = "rtk"', 'airframe = "zeppelin"', "zeppelin"),
         ('gps = "rtk"', 'autopilot = "ardupilot"', "ardupilot"),
     ],
