@@ -97,9 +97,8 @@ class Vehicle:
         receiver = RECEIVERS[config.gps]
         self._world, self._brain, self._noise = np.zeros(1, WORLD), np.zeros(1, BRAIN), np.zeros(1, NOISE)
         world, brain = self._world, self._brain
-        world["body"] = new_body(
-            from_euler(0.0, 0.0, config.heading_ned_rad), (0.0, 0.0, config.ground_down_m)
-        )
+        attitude = from_euler(0.0, 0.0, config.heading_ned_rad)
+        world["body"] = new_body(attitude, (0.0, 0.0, config.ground_down_m))
         world["plant"] = new_plant(config.airframe, config.ground_down_m)
         world["pack"] = new_pack(config.airframe)
         world["sensed"] = new_sensed(
@@ -253,9 +252,8 @@ class Vehicle:
         """The pack as its monitor sees it."""
         pack = self._pack
         used, capacity = float(pack["used_ah"]), float(pack["capacity_ah"])
-        return BatteryState(
-            float(pack["voltage_v"]), float(pack["current_a"]), used, max(0.0, 1.0 - used / capacity)
-        )
+        remaining = max(0.0, 1.0 - used / capacity)
+        return BatteryState(float(pack["voltage_v"]), float(pack["current_a"]), used, remaining)
 
     @property
     def on_ground(self) -> bool:
