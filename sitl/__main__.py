@@ -16,7 +16,7 @@ from sitl.vehicle import VehicleConfig
 
 __all__ = ["main"]
 
-_KIOSK_HOME = "19.435235,-99.146145,2240,0"
+_KIOSK_HOME = "23.96028,32.8675,188.5,40"
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -31,10 +31,14 @@ SITL = """
 __main__
 simulator
 vehicle
+loop
 link autopilot estimator physics
 faults params
+airframe
 orders
-signals airframe rotation geo
+signals geo
+rotation
+kernels
 """
 
 
