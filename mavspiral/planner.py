@@ -116,6 +116,8 @@ def plan(mission: Mission) -> Inspection:
     camera, limits = camera_of(mission), limits_of(mission)
     watch.lap("map")
 
+    required_m = budget_of(mission).required_m(mission.limits.clearance_m)
+    home = home_enu_m(mission, site, required_m)
     bottom_m, top_m = band_m(mission, site, camera)
     pace = pace_of(mission, camera, limits)
     spiral = plan_spiral(
@@ -126,6 +128,7 @@ def plan(mission: Mission) -> Inspection:
         top_m=top_m,
         clearance_m=mission.limits.clearance_m,
         corner_radius_m=pace.speed_mps**2 / pace.acceleration_mps2,
+        start_enu_m=home[:2],
     )
     watch.lap("curve")
 
@@ -133,8 +136,6 @@ def plan(mission: Mission) -> Inspection:
     leg = Leg("inspection", spiral.path, gaze, fastest_law(spiral.path, gaze, pace))
     watch.lap("timing")
 
-    required_m = budget_of(mission).required_m(mission.limits.clearance_m)
-    home = home_enu_m(mission, site, required_m)
     trajectory = _route(mission, site, leg, home, required_m)
     watch.lap("transits")
 

@@ -181,7 +181,7 @@ _SHAPES = {
 }
 
 
-def _section(name: str, kind: type, table: dict[str, Any]) -> Any:  # noqa: ANN401 - the section's own type
+def _section(name: str, kind: type, table: dict[str, Any]) -> Any:
     _demand_keys(f"[{name}]", table, set(kind.__dataclass_fields__))  # type: ignore[attr-defined]
     values: dict[str, object] = {}
     for key, value in table.items():

@@ -44,12 +44,14 @@ def key_outlines(
     heights_m: FloatArray,
     *,
     anchor_enu_m: FloatArray,
+    start_enu_m: FloatArray,
     standoff_m: float,
     corner_radius_m: float,
     step_m: float,
 ) -> KeyOutlines:
     """The outlines at rising `heights_m` around the anchor, and as many more as the last one takes.
 
+    Phase 0 of the first is its point nearest to `start_enu_m`; the others are in phase with it.
     Above the roof under the anchor, where there is nothing left to go around, the outline stays as it is.
     """
 
@@ -65,7 +67,7 @@ def key_outlines(
         raise ValueError(f"nothing stands within {standoff_m} m of the anchor at {heights_m[0]} m")
     points = 1 << int(np.clip(np.ceil(np.log2(target.length_m / POINT_SPACING_M)), 8, 10))
     reached = target
-    spectra = [spectra_of(_from_the_east(target).resampled(points).points_enu_m)]
+    spectra = [spectra_of(_begun_at(target, start_enu_m).resampled(points).points_enu_m)]
     of_key: list[int] = []
     walking = [False]
     walk: Walk | None = None
@@ -86,10 +88,10 @@ def key_outlines(
     return KeyOutlines(np.array(spectra), np.array(of_key), np.array(walking), points)
 
 
-def _from_the_east(outline: Ring) -> Ring:
-    """The same ring, begun at its easternmost point."""
+def _begun_at(outline: Ring, start_enu_m: FloatArray) -> Ring:
+    """The same ring, begun at its point nearest to `start_enu_m` (2,)."""
     points = outline.points_enu_m
-    return Ring(np.roll(points, -int(np.argmax(points[:, 0])), axis=0))
+    return Ring(np.roll(points, -int(np.argmin(((points - start_enu_m) ** 2).sum(axis=1))), axis=0))
 
 
 def _farthest_m(outline: Ring, target: Ring) -> float:

@@ -26,6 +26,7 @@ from mavspiral.shape.slicing import SolidDistance, solid_distance
 
 __all__ = ["Spiral", "SpiralPath", "plan_spiral"]
 
+FAR_EAST = np.array([1e6, 0.0])
 TOLERANCE_M = 0.3
 """The flown curve comes closer than the stand-off by no more than this."""
 FIT_M = 0.1
@@ -102,6 +103,7 @@ def plan_spiral(
     top_m: float,
     clearance_m: float,
     corner_radius_m: float,
+    start_enu_m: FloatArray = FAR_EAST,
     keys_per_turn: int = 16,
 ) -> Spiral:
     """The spiral around the main part of the building, from `bottom_m` to `top_m`.
@@ -118,6 +120,7 @@ def plan_spiral(
         top_m: the height of the level turn above.
         clearance_m: never closer than this.
         corner_radius_m: no concave corner of an outline is sharper; speed²/acceleration.
+        start_enu_m: `(2,)`; the spiral begins where it is nearest to this place in plan.
         keys_per_turn: outlines a turn where they change with height.
 
     Raises:
@@ -144,7 +147,9 @@ def plan_spiral(
     # along an arc of radius d leave it by 5/24·s²/d.
     ring_m, step_m = standoff_m, float(np.sqrt(24.0 / 5.0 * MIXING_M * standoff_m))
     for _ in range(ATTEMPTS):
-        path = _spiral_at(solid, part.anchor_enu_m, climb, ring_m, corner_radius_m, step_m, keys_per_turn)
+        path = _spiral_at(
+            solid, part.anchor_enu_m, start_enu_m, climb, ring_m, corner_radius_m, step_m, keys_per_turn
+        )
         nearest_m, at_rad = _nearest(solid, path)
         if nearest_m >= required_m:
             return Spiral(path, nearest_m, part.left_out)
@@ -160,6 +165,7 @@ def plan_spiral(
 def _spiral_at(
     solid: SolidDistance,
     anchor_enu_m: FloatArray,
+    start_enu_m: FloatArray,
     climb: Climb,
     standoff_m: float,
     corner_radius_m: float,
@@ -173,6 +179,7 @@ def _spiral_at(
         solid,
         climb(keys_rad),
         anchor_enu_m=anchor_enu_m,
+        start_enu_m=start_enu_m,
         standoff_m=standoff_m,
         corner_radius_m=corner_radius_m,
         step_m=step_m,

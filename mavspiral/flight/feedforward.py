@@ -26,7 +26,7 @@ SLOWEST_MPS = 1.0
 
 
 def learned_drag(drag_per_s: float, lag_m: float, speed_mps: float, dt_s: float) -> float:
-    """k after `dt_s` in which the vehicle was `lag_m` behind on its way at `speed_mps`."""
+    """The k after `dt_s` in which the vehicle was `lag_m` behind on its way at `speed_mps`."""
     if speed_mps < SLOWEST_MPS or not 0.0 < dt_s < 1.0:
         return drag_per_s
     return min(max(drag_per_s + LEARN_PER_M_S2 * lag_m * dt_s, 0.0), DRAG_MAX_PER_S)

@@ -15,6 +15,7 @@ from mavspiral.export.plan_file import plan_document
 from mavspiral.mission import load_mission
 from mavspiral.planner import plan
 
+
 @pytest.fixture(scope="module")
 def mission_raw():
     """MAVSDK's plugin on a system of which it has one heartbeat: the importer wants a system, and asks it nothing."""
