@@ -22,6 +22,7 @@ from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
 from mavspiral.mission import Mission
+from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection, plan
 from mavspiral.survey.solids import Solids
 from sitl.airframe import load_airframe
@@ -50,9 +51,10 @@ PATIENCE = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flight:
-    """A simulated flight and what was measured on it, by truth."""
+    """A simulated flight and what was measured on it, by truth; `trajectory` is the one from where it stood."""
 
     inspection: Inspection
+    trajectory: Trajectory
     outcome: Outcome
     log: FlightLog
     tlog: bytes
@@ -178,6 +180,11 @@ def _config(
     inspection: Inspection, seed: int, wind_mps: float, gusts: bool, faults: tuple[str, ...]
 ) -> SimulatorConfig:
     mission = inspection.mission
+    if mission.vehicle.autopilot != "px4":
+        raise InputError(
+            f"[vehicle] autopilot = {mission.vehicle.autopilot!r}: the bundled vehicle speaks PX4's dialect only. "
+            'Fix: autopilot = "px4"; `mavspiral plan` writes files for both'
+        )
     try:
         orders: tuple[Fault, ...] = tuple(parse_fault(spec) for spec in faults)
     except ValueError as error:
@@ -260,6 +267,7 @@ def _measured(
     nees = (error_m**2 / variance_enu_m2).sum(axis=1) / 3.0
     return Flight(
         inspection=inspection,
+        trajectory=session.trajectory,
         outcome=outcome,
         log=log,
         tlog=tlog,

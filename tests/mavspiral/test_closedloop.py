@@ -44,11 +44,11 @@ def test_one_seed_gives_the_same_bits_and_another_does_not(planned, kiosk):
     assert other.tlog != kiosk.tlog
 
 
-def test_tracking_is_truth_against_the_reference_at_the_same_time(planned, kiosk):
+def test_tracking_is_truth_against_the_reference_at_the_same_time(kiosk):
     """By another road: the trajectory, asked for the path times of the log, against the truth in the log."""
     log = kiosk.log
     on_it = log.on_leg("inspection")
-    there = planned("kiosk").trajectory(log.path_t_s[on_it]).position_enu_m
+    there = kiosk.trajectory(log.path_t_s[on_it]).position_enu_m
     error_m = np.sqrt(((log.truth_position_enu_m[on_it] - there) ** 2).sum(axis=1))
     assert np.allclose(error_m, kiosk.tracking_m, atol=1e-3)
     assert 0.0 < kiosk.tracking_p95_m < 0.3
