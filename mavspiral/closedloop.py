@@ -17,7 +17,7 @@ import numpy as np
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError, LimitError
 from mavspiral.flight.flight_log import FlightLog, TlogWriter
-from mavspiral.flight.outcome import Outcome
+from mavspiral.flight.outcome import Outcome, SessionConfig
 from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
@@ -156,7 +156,11 @@ def simulate(
     simulator = Simulator(_config(inspection, seed, wind_mps, gusts, faults))
     tape = io.BytesIO()
     session = Session(
-        inspection.route_from, inspection.site.heights.frame, tap=TlogWriter(tape, TLOG_EPOCH_US).write
+        inspection.route_from,
+        inspection.site.heights.frame,
+        SessionConfig(safe_return_m=inspection.safe_return_m),
+        way_home=inspection.way_home,
+        tap=TlogWriter(tape, TLOG_EPOCH_US).write,
     )
     witness = _Witness(simulator)
     limit_us = round(1e6 * (PATIENCE * inspection.trajectory.duration_s + 300.0))

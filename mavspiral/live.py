@@ -99,7 +99,8 @@ def fly(
     session = Session(
         inspection.route_from,
         inspection.site.heights.frame,
-        SessionConfig(dry_run=dry_run, rate_hz=rate_hz),
+        SessionConfig(dry_run=dry_run, rate_hz=rate_hz, safe_return_m=inspection.safe_return_m),
+        way_home=inspection.way_home,
         tap=TlogWriter(tape, time.time_ns() // 1000).write,
     )
 

@@ -12,6 +12,7 @@ import pytest
 from mavspiral.closedloop import simulate
 from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import FlightLog
+from mavspiral.survey.solids import Solids
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "kiosk.flight.csv"
 
@@ -102,3 +103,17 @@ def test_the_golden_flight(kiosk, renew_golden):
     golden = np.loadtxt(GOLDEN, delimiter=",", skiprows=1)
     assert golden.shape == rows.shape
     assert np.allclose(rows, golden, atol=0.05)
+
+
+def test_the_way_home_from_anywhere_on_the_torre_keeps_clear_of_it(planned):
+    inspection = planned("torre")
+    above_home = inspection.trajectory(0.0).position_enu_m
+    heights = inspection.site.heights
+    solids = Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
+    for t_s in np.linspace(0.0, inspection.trajectory.duration_s - 5.0, 25):
+        here = inspection.trajectory(t_s).position_enu_m
+        way = inspection.way_home(here, above_home, 0.3)
+        states = way.sampled(0.1)
+        assert np.allclose(states.position_enu_m[0], here)
+        assert np.allclose(states.position_enu_m[-1], above_home)
+        assert solids.distance_m(states.position_enu_m).min() >= inspection.clearance_required_m - 1e-9
