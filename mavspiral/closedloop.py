@@ -63,6 +63,7 @@ class Flight:
     wall_s: float
     stream: StreamFigures
     tracking_m: FloatArray
+    clearance_t_s: FloatArray
     clearance_m: FloatArray
     estimate_error_m: FloatArray
     nees: FloatArray
@@ -280,6 +281,7 @@ def _measured(
         wall_s=wall_s,
         stream=session.figures,
         tracking_m=tracking_m,
+        clearance_t_s=seen[:, 0] / 1e6,
         clearance_m=solids.distance_m(position_enu_m),
         estimate_error_m=np.sqrt((error_m[inspecting] ** 2).sum(axis=1)),
         nees=nees[inspecting],

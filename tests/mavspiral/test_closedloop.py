@@ -110,7 +110,7 @@ def test_the_way_home_from_anywhere_on_the_torre_keeps_clear_of_it(planned):
     above_home = inspection.trajectory(0.0).position_enu_m
     heights = inspection.site.heights
     solids = Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
-    for t_s in np.linspace(0.0, inspection.trajectory.duration_s - 5.0, 25):
+    for t_s in np.linspace(3.0, inspection.trajectory.duration_s - 5.0, 25):
         here = inspection.trajectory(t_s).position_enu_m
         way = inspection.way_home(here, above_home, 0.3)
         states = way.sampled(0.1)
