@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-START_LIMIT_S = 60.0  # numba may have to compile first
+START_LIMIT_S = 240.0  # numba may have to compile first
 
 
 @dataclass
