@@ -22,7 +22,10 @@ from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
 from mavspiral.mission import Mission
+from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection, plan
+from mavspiral.survey.coverage import Coverage
+from mavspiral.survey.shots import flown_shots
 from mavspiral.survey.solids import Solids
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
@@ -62,6 +65,7 @@ class Flight:
     stream: StreamFigures
     tracking_m: FloatArray
     clearance_m: FloatArray
+    coverage: Coverage
     estimate_error_m: FloatArray
     nees: FloatArray
     battery_used: float
@@ -87,6 +91,7 @@ class Flight:
             ("tracking_p95_m", self.tracking_p95_m, accept.tracking_p95_m, False),
             ("tracking_max_m", _quantile(self.tracking_m, 1.0), accept.tracking_max_m, False),
             ("clearance_min_m", self.clearance_min_m, accept.clearance_min_m, True),
+            ("coverage", self.coverage.walls, accept.coverage, True),
             ("duration_max_s", self.sim_s, accept.duration_max_s, False),
         ):
             if allowed is None:
@@ -122,7 +127,7 @@ class Flight:
                 "nees_mean": _rounded(_mean(self.nees)),
             },
             "clearance_min_m": _rounded(self.clearance_min_m),
-            "coverage": {"walls": None, "roof": None},
+            "coverage": {kind: self.coverage.summary()[kind] for kind in ("walls", "roof")},
             "battery_used_pct": round(100.0 * self.battery_used, 1),
             "setpoints": {"sent": self.stream.sent_n, "rate_hz": round(self.stream.rate_hz, 2)},
             "events": [
@@ -269,10 +274,21 @@ def _measured(
         stream=session.figures,
         tracking_m=tracking_m,
         clearance_m=solids.distance_m(position_enu_m),
+        coverage=_seen(inspection, session.trajectory, log),
         estimate_error_m=np.sqrt((error_m[inspecting] ** 2).sum(axis=1)),
         nees=nees[inspecting],
         battery_used=1.0 - simulator.report.instruments.battery.remaining,
     )
+
+
+def _seen(inspection: Inspection, flown: Trajectory, log: FlightLog) -> Coverage:
+    """What the planned shots show from where the vehicle truly was when it came to them."""
+    assert log.truth_position_enu_m is not None and log.truth_yaw_enu_rad is not None
+    # The way to the spiral begins where the vehicle stood, so the spiral has other path times than planned.
+    later_s = flown.span_s("inspection")[0] - inspection.trajectory.span_s("inspection")[0]
+    path_t_s = np.where(log.on_leg("inspection"), log.path_t_s - later_s, np.nan)
+    shots = flown_shots(inspection.shots, path_t_s, log.truth_position_enu_m, log.truth_yaw_enu_rad)
+    return inspection.coverage_from(shots)
 
 
 def _believed_map(inspection: Inspection, simulator: Simulator) -> RigidMap:

@@ -10,7 +10,7 @@ import numpy as np
 from mavspiral.export.geo import trajectory_kml
 from mavspiral.export.items import mission_items
 from mavspiral.export.plan_file import plan_document
-from mavspiral.export.tables import trajectory_csv
+from mavspiral.export.tables import photos_csv, trajectory_csv
 from mavspiral.export.waypoints import waypoints_text
 from mavspiral.files import write_bytes, write_json, write_text
 from mavspiral.planner import Inspection
@@ -26,7 +26,7 @@ __all__ = ["write_flight", "write_live", "write_plan"]
 
 
 def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
-    """The plan's files by kind: plan, waypoints, csv, kml, png and json (the summary)."""
+    """The plan's files by kind: plan, waypoints, csv, photos, kml, png and json (the summary)."""
     mission, frame, trajectory = inspection.mission, inspection.site.heights.frame, inspection.trajectory
     items = mission_items(
         trajectory,
@@ -47,6 +47,9 @@ def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) ->
         "plan": write_json(base.with_name(f"{mission.name}.plan"), document),
         "waypoints": write_text(base.with_name(f"{mission.name}.waypoints"), waypoints_text(items)),
         "csv": write_text(base.with_name(f"{mission.name}.csv"), trajectory_csv(trajectory, frame)),
+        "photos": write_text(
+            base.with_name(f"{mission.name}.photos.csv"), photos_csv(inspection.shots, frame)
+        ),
         "kml": write_text(
             base.with_name(f"{mission.name}.kml"), trajectory_kml(trajectory, frame, mission.name)
         ),
