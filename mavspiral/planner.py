@@ -50,8 +50,8 @@ TAKEOFF_M = 4.0
 GRID_S = 0.01
 """Limits are judged on this grid."""
 
-CLEARANCE_GRID_S = 0.1
-"""Clearance is that of the straight ways between places this far apart: at 5 m/s they leave the curve by 3 mm."""
+CLEARANCE_GRID_S = 0.2
+"""Clearance is that of the straight ways between places this far apart: at 5 m/s and 2 m/s² within 1 cm of the curve."""
 
 REACTION_S = 1.0
 """PX4 notices after COM_OF_LOSS_T = 1 s that setpoints have ceased, and flies on until then."""

@@ -122,6 +122,7 @@ class Vehicle:
         self._frame = 0
         self._demand: Demand | None = None
         self._received = True
+        self._believed: Estimate | None = None
         times_us = {us for fault in config.faults for us in (fault.start_us, fault.end_us) if us is not None}
         self._fault_frames = {0} | {-(-us // FRAME_US) for us in times_us}
         self.params = config.params
@@ -147,6 +148,7 @@ class Vehicle:
             set_demand(self._brain["demand"], demand)
             self._demand = demand
         world, brain, noise, ekf = self._world, self._brain, self._noise, self._ekf
+        self._believed = None
         for frame in range(self._frame, until_us // FRAME_US):
             if frame % BLOCK_FRAMES == 0:
                 self._draw()
@@ -196,6 +198,11 @@ class Vehicle:
     @property
     def estimate(self) -> Estimate:
         """What it believes now."""
+        if self._believed is None:
+            self._believed = self._estimate()
+        return self._believed
+
+    def _estimate(self) -> Estimate:
         ekf, told = self._ekf, np.empty(31)
         report(ekf.nav, ekf.filter.P, ekf.wander_variance_m2, told)
         told.setflags(write=False)
@@ -295,6 +302,7 @@ class Vehicle:
             generator.bit_generator.state = saved_state
         self._params = self._ekf.params = state.params
         self._demand = state.demand
+        self._believed = None
         self._ekf.resume()
         self._frame = int(self._nav["frame"])
         self._apply_faults(self._frame * FRAME_US)

@@ -22,3 +22,7 @@ class Path(Protocol):
     def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
         """The ENU position `(…, 3)`, or its derivative of `order` up to 3, in m/radᵒʳᵈᵉʳ."""
         ...
+
+    def jet(self, u_rad: ArrayLike) -> FloatArray:
+        """The ENU position and its three derivatives, `(4, …, 3)`."""
+        ...

@@ -31,13 +31,16 @@ class LinePath:
 
     def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
         """The ENU position `(…, 3)`, or its derivative of `order`."""
-        u = np.asarray(u_rad, dtype=np.float64)[..., None]
+        if order not in (0, 1, 2, 3):
+            raise ValueError(f"order is {order}, wanted 0 to 3")
+        derivative: FloatArray = self.jet(u_rad)[order]
+        return derivative
+
+    def jet(self, u_rad: ArrayLike) -> FloatArray:
+        """The ENU position and its three derivatives, `(4, …, 3)`."""
+        u = np.asarray(u_rad, dtype=np.float64)
         along = self.end_enu_m - self.start_enu_m
-        match order:
-            case 0:
-                return self.start_enu_m + u * along
-            case 1:
-                return np.broadcast_to(along, (*u.shape[:-1], 3)).copy()
-            case 2 | 3:
-                return np.zeros((*u.shape[:-1], 3))
-        raise ValueError(f"order is {order}, wanted 0 to 3")
+        jet = np.zeros((4, *u.shape, 3))
+        jet[0] = self.start_enu_m + u[..., None] * along
+        jet[1] = along
+        return jet

@@ -32,63 +32,67 @@ BASIS = _basis()
 
 @njit(cache=True)
 def mixed_series(
-    u: FloatArray,
-    order: int,
-    spectra: FloatArray,
-    of_key: NDArray[np.int64],
-    key_rad: float,
-    basis: FloatArray,
+    u: FloatArray, spectra: FloatArray, of_key: NDArray[np.int64], key_rad: float, basis: FloatArray
 ) -> FloatArray:
-    """The `order`-th derivative of Σ b_k(u)·s_k(u) at phases `(M,)`, by Leibniz' rule.
+    """Σ b_k(u)·s_k(u) at phases `(M,)` and its three derivatives by Leibniz' rule, `(4, M, 3)`; the third
+    component is left zero.
 
-    With w_j = C(order, j)·b⁽ʲ⁾ a key adds Σ_n c_n·(Σ_j w_j·(in)^(order−j))·e^{inu}; the inner sum is
-    (e_0 + e_2·n²) + i·n·(o_1 + o_3·n²). Rows of `spectra` (U, 4, N+1): real and imaginary east, then north.
-    Keys that all have one outline are that outline. Arrays over n, not sums, are what a processor works on in
-    parallel.
+    With c_j = Σ_k b_k⁽ʲ⁾·c_k the spectrum that the j-th derivatives of the weights mix, derivative m is
+    Re Σ_n Σ_j C(m, j)·(in)^(m−j)·c_j·e^{inu}. Rows of `spectra` (U, 4, N+1): real and imaginary east, then north.
+    Keys that all have one outline are that outline, and only c_0 is there.
     """
-    binomial = np.array([[1, 0, 0, 0], [1, 1, 0, 0], [1, 2, 1, 0], [1, 3, 3, 1]])
     harmonics = spectra.shape[2]
     spans = of_key.size - 4
-    n = np.arange(harmonics) * 1.0
-    sum_of = np.empty((4, harmonics))
-    w = np.zeros(4)
-    out = np.empty((u.size, 2))
+    mixed = np.zeros((4, 4, harmonics))
+    weight = np.empty(4)
+    cosine, sine = np.empty(harmonics), np.empty(harmonics)
+    out = np.zeros((4, u.size, 3))
     for i in range(u.size):
         span = min(max(int(np.floor(u[i] / key_rad)), 0), spans - 1)
         t = min(max(u[i] / key_rad - span, 0.0), 1.0)
         still = True
         for k in range(1, 5):
             still = still and of_key[span + k] == of_key[span]
-        sum_of[:] = 0.0
-        for k in range(1 if still else 5):
-            for j in range(order + 1):
-                b = basis[j, k, 4]
-                for power in range(3, -1, -1):
-                    b = b * t + basis[j, k, power]
-                w[j] = binomial[order, j] * b / key_rad**j
-            if still:
-                w[:] = 0.0
-                w[0] = 1.0
-            e_0, e_2, o_1, o_3 = w[0], 0.0, 0.0, 0.0
-            if order == 1:
-                e_0, o_1 = w[1], w[0]
-            elif order == 2:
-                e_0, e_2, o_1 = w[2], -w[0], w[1]
-            elif order == 3:
-                e_0, e_2, o_1, o_3 = w[3], -w[1], w[2], -w[0]
-            c = spectra[of_key[span + k]]
-            for m in range(harmonics):
-                square = n[m] * n[m]
-                even, odd = e_0 + e_2 * square, n[m] * (o_1 + o_3 * square)
-                sum_of[0, m] += c[0, m] * even - c[1, m] * odd
-                sum_of[1, m] += c[0, m] * odd + c[1, m] * even
-                sum_of[2, m] += c[2, m] * even - c[3, m] * odd
-                sum_of[3, m] += c[2, m] * odd + c[3, m] * even
         cos_1, sin_1 = np.cos(u[i]), np.sin(u[i])
-        cosine, sine, x, y = 1.0, 0.0, 0.0, 0.0
-        for m in range(harmonics):
-            x += sum_of[0, m] * cosine - sum_of[1, m] * sine
-            y += sum_of[2, m] * cosine - sum_of[3, m] * sine
-            cosine, sine = cosine * cos_1 - sine * sin_1, sine * cos_1 + cosine * sin_1
-        out[i, 0], out[i, 1] = x, y
+        cosine[0], sine[0] = 1.0, 0.0
+        for m in range(1, harmonics):
+            cosine[m] = cosine[m - 1] * cos_1 - sine[m - 1] * sin_1
+            sine[m] = sine[m - 1] * cos_1 + cosine[m - 1] * sin_1
+        c = spectra[of_key[span]]
+        if not still:
+            mixed[:] = 0.0
+            for k in range(5):
+                c = spectra[of_key[span + k]]
+                for j in range(4):
+                    b = basis[j, k, 4]
+                    for power in range(3, -1, -1):
+                        b = b * t + basis[j, k, power]
+                    weight[j] = b / key_rad**j
+                    for row in range(4):
+                        for m in range(harmonics):
+                            mixed[j, row, m] += weight[j] * c[row, m]
+            c = mixed[0]
+        for axis in range(2):
+            re, im = 2 * axis, 2 * axis + 1
+            d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0
+            for m in range(harmonics):
+                n = float(m)
+                p = c[re, m] * cosine[m] - c[im, m] * sine[m]
+                nq = n * (c[re, m] * sine[m] + c[im, m] * cosine[m])
+                d0 += p
+                d1 -= nq
+                d2 -= n * n * p
+                d3 += n * n * nq
+            if not still:
+                for m in range(harmonics):
+                    n = float(m)
+                    p1 = mixed[1, re, m] * cosine[m] - mixed[1, im, m] * sine[m]
+                    q1 = mixed[1, re, m] * sine[m] + mixed[1, im, m] * cosine[m]
+                    p2 = mixed[2, re, m] * cosine[m] - mixed[2, im, m] * sine[m]
+                    q2 = mixed[2, re, m] * sine[m] + mixed[2, im, m] * cosine[m]
+                    d1 += p1
+                    d2 += p2 - 2.0 * n * q1
+                    d3 += mixed[3, re, m] * cosine[m] - mixed[3, im, m] * sine[m]
+                    d3 -= 3.0 * n * (q2 + n * p1)
+            out[0, i, axis], out[1, i, axis], out[2, i, axis], out[3, i, axis] = d0, d1, d2, d3
     return out

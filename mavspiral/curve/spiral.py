@@ -78,11 +78,19 @@ class SpiralPath:
         """The ENU position `(…, 3)`, or its derivative of `order` up to 3, in m/radᵒʳᵈᵉʳ."""
         if order not in (0, 1, 2, 3):
             raise ValueError(f"order is {order}, wanted 0 to 3")
+        derivative: FloatArray = self.jet(u_rad)[order]
+        return derivative
+
+    def jet(self, u_rad: ArrayLike) -> FloatArray:
+        """The ENU position and its three derivatives, `(4, …, 3)`."""
         u = np.asarray(u_rad, dtype=np.float64)
         c = self.coefficients_m.swapaxes(1, 2)
         spectra = np.stack([c[:, 0].real, c[:, 0].imag, c[:, 1].real, c[:, 1].imag], axis=1)
-        plan = mixed_series(u.ravel(), order, spectra, self.of_key, self.key_rad, BASIS)
-        return np.concatenate([plan.reshape(*u.shape, 2), self.climb(u, order)[..., None]], axis=-1)
+        flat = u.ravel()
+        jet: FloatArray = mixed_series(flat, spectra, self.of_key, self.key_rad, BASIS)
+        for order in range(4):
+            jet[order, :, 2] = self.climb(flat, order)
+        return jet.reshape(4, *u.shape, 3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,7 +112,7 @@ def plan_spiral(
     clearance_m: float,
     corner_radius_m: float,
     start_enu_m: FloatArray = FAR_EAST,
-    keys_per_turn: int = 16,
+    keys_per_turn: int = 8,
 ) -> Spiral:
     """The spiral around the main part of the building, from `bottom_m` to `top_m`.
 

@@ -21,7 +21,7 @@ from mavspiral.shape.contour import Ring, corners_closed, iso_line
 
 __all__ = ["Walk", "signed_distance"]
 
-PITCH_M = 0.5
+PITCH_M = 1.0
 ROUNDING_M = 1.5
 """Blur of the blended distance: what draws back in two flanks would end in a spike too thin for any grid."""
 LEAST_SHARE = 0.002
@@ -33,7 +33,7 @@ class Walk:
 
     def __init__(self, start: Ring, target: Ring, anchor_enu_m: FloatArray, corner_radius_m: float) -> None:
         low, high = start.points_enu_m.min(axis=0), start.points_enu_m.max(axis=0)
-        self._pitch_m = max(PITCH_M, float((high - low).max()) / 128.0)
+        self._pitch_m = max(PITCH_M, float((high - low).max()) / 72.0)
         self._origin_enu_m = low - 2.0 * self._pitch_m
         cols, rows = (np.ceil((high - low) / self._pitch_m) + 5).astype(int)
         x, y = np.meshgrid(np.arange(cols), np.arange(rows))

@@ -13,9 +13,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from mavspiral.arrays import FloatArray, locked
-from mavspiral.flight.messages import Target, Triple
+from mavspiral.flight.messages import Target
 from mavspiral.frames import RigidMap, wrap_rad, yaw_enu_to_ned
 from mavspiral.motion.trajectory import Trajectory
 
@@ -23,6 +24,7 @@ __all__ = ["Extremes", "Reference"]
 
 KNOTS_S = 0.02
 _TAU = 2 * math.pi
+Eleven = tuple[float, float, float, float, float, float, float, float, float, float, float]
 # Power coefficients of the quintic on [0, 1] whose ends are p0, v0, a0, p1, v1, a1.
 _HERMITE = np.array(
     [
@@ -108,27 +110,10 @@ class Reference:
 
     def at(self, t_s: float, rate: float = 1.0, rate_change_per_s: float = 0.0) -> Target:
         """The setpoint at path time `t_s`, when path time runs at `rate`, which itself changes."""
-        last = len(self._coefficients) - 1
-        x = min(max(t_s / self.knot_s, 0.0), last + 1.0)
-        row = min(int(x), last)
-        s = x - row
-        c = self._coefficients[row].tolist()
-        north, east, down, yaw = (
-            _quintic(s, *c[0]),
-            _quintic(s, *c[1]),
-            _quintic(s, *c[2]),
-            _quintic(s, *c[3]),
+        n, e, d, vn, ve, vd, an, ae, ad, yaw, yaw_rate = _at(
+            self._coefficients, self.knot_s, t_s, rate, rate_change_per_s
         )
-        r1 = rate / self.knot_s
-        r2 = r1 * r1
-        rr = rate_change_per_s / self.knot_s
-        return Target(
-            (north[0], east[0], down[0]),
-            (r1 * north[1], r1 * east[1], r1 * down[1]),
-            (r2 * north[2] + rr * north[1], r2 * east[2] + rr * east[1], r2 * down[2] + rr * down[1]),
-            (yaw[0] + math.pi) % _TAU - math.pi,
-            r1 * yaw[1],
-        )
+        return Target((n, e, d), (vn, ve, vd), (an, ae, ad), yaw, yaw_rate)
 
     def extremes(self) -> Extremes:
         """The largest speeds at the knots."""
@@ -138,10 +123,21 @@ class Reference:
         )
 
 
-def _quintic(s: float, c0: float, c1: float, c2: float, c3: float, c4: float, c5: float) -> Triple:
-    """Value and two derivatives in s of the quintic with these power coefficients."""
-    return (
-        ((((c5 * s + c4) * s + c3) * s + c2) * s + c1) * s + c0,
-        (((5 * c5 * s + 4 * c4) * s + 3 * c3) * s + 2 * c2) * s + c1,
-        ((20 * c5 * s + 12 * c4) * s + 6 * c3) * s + 2 * c2,
-    )
+@njit(cache=True)
+def _at(c: FloatArray, knot_s: float, t_s: float, rate: float, rate_change_per_s: float) -> Eleven:
+    """Position, velocity, acceleration, yaw and yaw rate from the table `c` (n, 4, 6) of power coefficients."""
+    x = min(max(t_s / knot_s, 0.0), float(len(c)))
+    row = min(int(x), len(c) - 1)
+    s = x - row
+    r1 = rate / knot_s
+    r2, rr = r1 * r1, rate_change_per_s / knot_s
+    value, slope, bend = np.empty(4), np.empty(4), np.empty(4)
+    for i in range(4):
+        k = c[row, i]
+        value[i] = ((((k[5] * s + k[4]) * s + k[3]) * s + k[2]) * s + k[1]) * s + k[0]
+        first = (((5.0 * k[5] * s + 4.0 * k[4]) * s + 3.0 * k[3]) * s + 2.0 * k[2]) * s + k[1]
+        second = ((20.0 * k[5] * s + 12.0 * k[4]) * s + 6.0 * k[3]) * s + 2.0 * k[2]
+        slope[i], bend[i] = r1 * first, r2 * second + rr * first
+    yaw = (value[3] + math.pi) % _TAU - math.pi
+    p, v, a = value, slope, bend
+    return p[0], p[1], p[2], v[0], v[1], v[2], a[0], a[1], a[2], yaw, v[3]

@@ -101,7 +101,9 @@ class Trajectory:
         pitch = np.empty(flat.size)
         which = np.clip(np.searchsorted(self._begin_s, flat, side="right") - 1, 0, len(self.legs) - 1)
         for i in np.unique(which):
-            leg, here = self.legs[i], which == i
+            rows = np.flatnonzero(which == i)
+            together = rows[-1] - rows[0] + 1 == len(rows)  # times in order: a slice is far cheaper
+            leg, here = self.legs[i], slice(rows[0], rows[-1] + 1) if together else rows
             vectors[:, here], yaws[:, here] = _motion(leg, flat[here] - self._begin_s[i])
             yaws[0, here] += self._turns_rad[i]
             pitch[here] = leg.gimbal_pitch_rad
@@ -128,13 +130,13 @@ class Trajectory:
 def _motion(leg: Leg, t_s: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Position and three derivatives, `(4, n, 3)`; yaw and two derivatives, `(3, n)`: the chain rule."""
     u, u1, u2, u3 = leg.law.derivatives(t_s)
-    p, p1, p2, p3 = (leg.path(u, order) for order in range(4))
-    y, y1, y2 = (leg.gaze(u, order) for order in range(3))
+    jet = leg.path.jet(u)
     v1, v2, v3 = u1[:, None], u2[:, None], u3[:, None]
-    vectors = np.stack(
-        [p, p1 * v1, p2 * v1**2 + p1 * v2, p3 * v1**3 + 3 * p2 * v1 * v2 + p1 * v3],
-    )
-    return vectors, np.stack([y, y1 * u1, y2 * u1**2 + y1 * u2])
+    jet[3] = jet[3] * v1**3 + jet[2] * (3 * v1 * v2) + jet[1] * v3
+    jet[2] = jet[2] * v1**2 + jet[1] * v2
+    jet[1] *= v1
+    y, y1, y2 = (leg.gaze(u, order) for order in range(3))
+    return jet, np.stack([y, y1 * u1, y2 * u1**2 + y1 * u2])
 
 
 def _join(before: Leg, after: Leg) -> float:

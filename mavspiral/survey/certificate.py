@@ -80,16 +80,16 @@ def motion_figures(state: TrajectoryState, limits: Limits) -> tuple[LimitFigure,
     """Speed, climb, descent, acceleration, jerk, yaw rate and yaw acceleration of a sampled motion."""
     climb_mps = state.velocity_enu_mps[:, 2]
     measured = (
-        ("speed", "m/s", np.linalg.norm(state.velocity_enu_mps, axis=1), limits.speed_mps),
+        ("speed", "m/s", _norms(state.velocity_enu_mps), limits.speed_mps),
         ("climb", "m/s", np.maximum(climb_mps, 0.0), limits.climb_mps),
         ("descent", "m/s", np.maximum(-climb_mps, 0.0), limits.descent_mps),
         (
             "acceleration",
             "m/s²",
-            np.linalg.norm(state.acceleration_enu_mps2, axis=1),
+            _norms(state.acceleration_enu_mps2),
             limits.acceleration_mps2,
         ),
-        ("jerk", "m/s³", np.linalg.norm(state.jerk_enu_mps3, axis=1), limits.jerk_mps3),
+        ("jerk", "m/s³", _norms(state.jerk_enu_mps3), limits.jerk_mps3),
         ("yaw rate", "rad/s", np.abs(state.yaw_rate_enu_radps), limits.yaw_rate_radps),
         (
             "yaw acceleration",
@@ -121,6 +121,11 @@ def clearance_figures(
 def ceiling_figure(state: TrajectoryState, ceiling_m: float) -> LimitFigure:
     """The greatest height above ground against the ceiling."""
     return _figure("height", "m", state.position_enu_m[:, 2], ceiling_m, state.t_s, state.position_enu_m)
+
+
+def _norms(vectors: FloatArray) -> FloatArray:
+    lengths: FloatArray = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    return lengths
 
 
 def _figure(

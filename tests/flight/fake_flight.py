@@ -29,6 +29,9 @@ class Helix:
         z = (18 + 3 / math.pi * u, np.full_like(u, 3 / math.pi), np.zeros_like(u), np.zeros_like(u))[order]
         return np.stack([x + (20 if order == 0 else 0), y, z], axis=-1)
 
+    def jet(self, u_rad):
+        return np.stack([self(u_rad, order) for order in range(4)])
+
 
 class Inward:
     """Yaw towards the middle of the helix."""

@@ -40,6 +40,9 @@ class FourierHelix:
         height = slope * u if order == 0 else np.full_like(u, slope if order == 1 else 0.0)
         return np.concatenate([plan, height[..., None]], axis=-1)
 
+    def jet(self, u_rad):
+        return np.stack([self(u_rad, order) for order in range(4)])
+
 
 @dataclass(frozen=True)
 class SwayingGaze:

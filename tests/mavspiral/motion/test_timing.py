@@ -155,6 +155,9 @@ def test_time_does_not_depend_on_how_the_curve_is_turned_or_parameterised(make_h
             x, y, z = np.moveaxis(path(3 * np.asarray(u_rad), order), -1, 0)
             return 3**order * np.stack([-y, x, z], axis=-1)
 
+        def jet(self, u_rad):
+            return np.stack([self(u_rad, order) for order in range(4)])
+
     def faster_gaze(u_rad, order=0):
         return 3**order * gaze(3 * np.asarray(u_rad), order)
 

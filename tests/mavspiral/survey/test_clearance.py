@@ -35,7 +35,8 @@ def fly(start, end):
 def test_each_sample_has_its_distance_to_building_and_obstacle(site):
     clearance = measure_clearance(fly([0, 15, 5], [60, 15, 5]), site, reaction_s=0.5, braking_mps2=2.0)
     x = clearance.position_enu_m[:, 0]
-    aside = np.maximum(np.maximum(20 - x, x - 30), 0.0)
+    onward = np.append(x[1:], x[-1])  # each sample's distance is that of the way to the next
+    aside = np.maximum(np.maximum(20 - onward, x - 30), 0.0)
     np.testing.assert_allclose(clearance.building_m, np.hypot(aside, 5.0), atol=1e-9)
     np.testing.assert_allclose(clearance.obstacle_m, np.hypot(np.maximum(x - 1, 0), 25.0), atol=1e-9)
     np.testing.assert_array_equal(
