@@ -23,8 +23,8 @@ PATCH_M = 1.0
 WALL_MIN_M = 0.5
 """A lower step is roughness of a roof, such as the cells of a gable, and no wall."""
 
-RUN_CELLS = 6
-"""A straight run of at least so many cells lies along the grid; a wall that slants may then be 9° off."""
+RUN_CELLS = 7
+"""A straight run of at least so many cells lies along the grid; a wall that slants may then be 8° off. Odd, for the opening."""
 
 SIDES_ENU = np.array([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]])
 """East, north, west, south and up: what `Patches.side` counts."""

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey import sight
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.coverage import Coverage, unseen_because
+from mavspiral.survey.patches import Patches
 from mavspiral.survey.shots import Shots
 
 __all__ = ["unseen_lines"]
@@ -75,7 +77,7 @@ def unseen_lines(
             if area_m2 < SMALL_SHARE * whole_m2:
                 rest_m2 += area_m2
                 continue
-            sides = _sides(patches.normal_enu[here], patches.area_m2[here]) if what == "wall" else ""
+            sides = _sides(patches, here) if what == "wall" else ""
             low, high = _heights_m(patches.centre_enu_m[here, 2], patches.height_m[here])
             told.append(
                 (
@@ -94,12 +96,19 @@ def unseen_lines(
     return tuple(lines)
 
 
-def _sides(normals: FloatArray, area_m2: FloatArray) -> str:
-    """The compass sides that most of the area faces."""
-    sector = np.round(np.arctan2(normals[:, 1], normals[:, 0]) / (np.pi / 4)).astype(np.int64) % 8
-    areas = np.bincount(sector, weights=area_m2, minlength=8)
-    sides = [POINTS[k] for k in np.argsort(-areas, kind="stable") if areas[k] > 0.05 * areas.sum()]
-    return "all sides, " if len(sides) > 4 else f"{_listed(sides)} side{'s' * (len(sides) > 1)}, "
+def _sides(patches: Patches, index: NDArray[np.int64]) -> str:
+    """The compass sides that these patches face, most of them first; few of a side are not told."""
+    sides = _facing(patches, index)
+    if len(sides) > 2 and set(sides) >= set(_facing(patches, np.flatnonzero(patches.is_wall))):
+        return "all sides, "
+    return f"{_listed([POINTS[k] for k in sides])} side{'s' * (len(sides) > 1)}, "
+
+
+def _facing(patches: Patches, index: NDArray[np.int64]) -> list[int]:
+    normal = patches.normal_enu[index]
+    sector = np.round(np.arctan2(normal[:, 1], normal[:, 0]) / (np.pi / 4)).astype(np.int64) % 8
+    areas_m2 = np.bincount(sector, weights=patches.area_m2[index], minlength=8)
+    return [int(k) for k in np.argsort(-areas_m2, kind="stable") if areas_m2[k] > 0.05 * areas_m2.sum()]
 
 
 def _listed(words: list[str]) -> str:
