@@ -17,6 +17,7 @@ from mavspiral.planner import Inspection
 from mavspiral.show.figures import FlownPath, Profile, write_figure
 from mavspiral.show.report import report_html
 from mavspiral.show.rows import flight_rows, plan_rows
+from mavspiral.show.skin import Skin
 
 if TYPE_CHECKING:
     from mavspiral.closedloop import Flight
@@ -60,6 +61,7 @@ def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) ->
             trajectory=trajectory,
             profiles=_plan_profiles(inspection),
             facts=tuple((name, value) for name, value, _ in plan_rows(summary)),
+            skin=Skin(inspection.site, inspection.coverage, mission.inspection.roof),
         ),
     }
     names = {kind: str(path) for kind, path in files.items()}
@@ -83,6 +85,7 @@ def write_flight(flight: Flight, folder: Path, summary: dict[str, Any]) -> dict[
         trajectory=inspection.trajectory,
         profiles=_flight_profiles(flight),
         facts=tuple((name, value) for name, value, _ in flight_rows(summary, inspection.mission)),
+        skin=Skin(inspection.site, flight.coverage, inspection.mission.inspection.roof),
         flown=FlownPath(t_s, log.truth_position_enu_m, "truth"),
     )
     log.save(folder / f"{name}.flight.npz")
