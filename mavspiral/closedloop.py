@@ -22,10 +22,8 @@ from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
 from mavspiral.mission import Mission
-from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection, plan
 from mavspiral.survey.coverage import Coverage
-from mavspiral.survey.shots import flown_shots
 from mavspiral.survey.solids import Solids
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
@@ -254,9 +252,8 @@ def _measured(
         raise LimitError(f"{inspection.mission.name}: the flight never began: {outcome.reason}")
     log = session.log()
     at = np.searchsorted(seen[:, 0], log.t_us)
-    log = log.with_truth(
-        position_enu_m[at], seen[at, 4:7] @ to_home.R_ned_enu, np.unwrap(yaw_ned_to_enu(seen[at, 7]))
-    )
+    yaw_enu_rad = np.unwrap(yaw_ned_to_enu(seen[at, 7]))
+    log = log.with_truth(position_enu_m[at], seen[at, 4:7] @ to_home.R_ned_enu, yaw_enu_rad)
     inspecting = log.on_leg("inspection")
     tracking_m = np.sqrt(((position_enu_m[at] - log.reference_position_enu_m)[inspecting] ** 2).sum(axis=1))
     believed_enu_m = _believed_map(inspection, simulator).position_enu_m(seen[at, 8:11])
@@ -274,21 +271,11 @@ def _measured(
         stream=session.figures,
         tracking_m=tracking_m,
         clearance_m=solids.distance_m(position_enu_m),
-        coverage=_seen(inspection, session.trajectory, log),
+        coverage=inspection.flown_coverage(session.trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad),
         estimate_error_m=np.sqrt((error_m[inspecting] ** 2).sum(axis=1)),
         nees=nees[inspecting],
         battery_used=1.0 - simulator.report.instruments.battery.remaining,
     )
-
-
-def _seen(inspection: Inspection, flown: Trajectory, log: FlightLog) -> Coverage:
-    """What the planned shots show from where the vehicle truly was when it came to them."""
-    assert log.truth_position_enu_m is not None and log.truth_yaw_enu_rad is not None
-    # The way to the spiral begins where the vehicle stood, so the spiral has other path times than planned.
-    later_s = flown.span_s("inspection")[0] - inspection.trajectory.span_s("inspection")[0]
-    path_t_s = np.where(log.on_leg("inspection"), log.path_t_s - later_s, np.nan)
-    shots = flown_shots(inspection.shots, path_t_s, log.truth_position_enu_m, log.truth_yaw_enu_rad)
-    return inspection.coverage_from(shots)
 
 
 def _believed_map(inspection: Inspection, simulator: Simulator) -> RigidMap:

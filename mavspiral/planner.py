@@ -37,7 +37,7 @@ from mavspiral.survey.certificate import Certificate, ceiling_figure, clearance_
 from mavspiral.survey.clearance import Clearance, measure_clearance
 from mavspiral.survey.coverage import Coverage, measure_coverage
 from mavspiral.survey.patches import patches_of
-from mavspiral.survey.shots import Shots, shots_of
+from mavspiral.survey.shots import Shots, flown_shots, shots_of
 from mavspiral.survey.solids import Solids
 from mavspiral.survey.unseen import unseen_lines
 from mavspiral.transit import judge_home, safe_way, transit_legs
@@ -84,8 +84,16 @@ class Inspection:
         """
         return _route(self.mission, self.site, self.leg, home_enu_m, self.clearance_required_m)
 
-    def coverage_from(self, shots: Shots) -> Coverage:
-        """What other shots, such as those really taken, show of the building."""
+    def flown_coverage(
+        self, route: Trajectory, path_t_s: FloatArray, position_enu_m: FloatArray, yaw_enu_rad: FloatArray
+    ) -> Coverage:
+        """What the planned shots show from where a vehicle was when it came to them.
+
+        `route` is what was flown. Its rows are poses at path times on it, NaN off it. Its way to the spiral begins
+        where the vehicle stood, so that the spiral has other path times than planned.
+        """
+        later_s = route.span_s("inspection")[0] - self.trajectory.span_s("inspection")[0]
+        shots = flown_shots(self.shots, path_t_s - later_s, position_enu_m, yaw_enu_rad)
         return measure_coverage(
             self.coverage.patches, shots, self.site, camera_of(self.mission), self.coverage.demand
         )
@@ -133,6 +141,7 @@ def plan(mission: Mission) -> Inspection:
     home = home_enu_m(mission, site, required_m)
     bottom_m, top_m = band_m(mission, site, camera)
     pace = pace_of(mission, camera, limits)
+    corner_radius_m = pace.speed_mps**2 / pace.acceleration_mps2
     spiral = plan_spiral(
         site,
         standoff_m=mission.inspection.standoff_m,
@@ -140,7 +149,7 @@ def plan(mission: Mission) -> Inspection:
         bottom_m=bottom_m,
         top_m=top_m,
         clearance_m=mission.limits.clearance_m,
-        corner_radius_m=pace.speed_mps**2 / pace.acceleration_mps2,
+        corner_radius_m=corner_radius_m,
         start_enu_m=home[:2],
     )
     watch.lap("curve")
@@ -176,7 +185,7 @@ def plan(mission: Mission) -> Inspection:
         shots,
         site,
         camera,
-        narrow_m=2 * mission.inspection.standoff_m,
+        narrow_m=2 * (mission.inspection.standoff_m + corner_radius_m),
         roofs=mission.inspection.roof,
     )
     watch.lap("coverage")

@@ -143,7 +143,12 @@ def _from_above(
     west, south, east, north = heights.bounds_enu_m
     shown = np.where(heights.height_agl_m > 0, heights.height_agl_m, np.nan)
     axes.imshow(
-        shown, extent=(west, east, south, north), origin="lower", cmap="Greys", vmin=-heights.top_m / 2
+        shown,
+        extent=(west, east, south, north),
+        origin="lower",
+        cmap="Greys",
+        vmin=-heights.top_m / 2,
+        vmax=1.5 * heights.top_m,
     )
     xy = states.position_enu_m[:, :2]
     axes.plot(*xy.T, color=TRANSIT, lw=0.8)

@@ -63,6 +63,7 @@ def live_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("tracking, 95 %", _metres(s["tracking"]["p95_m"]), ""),
         ("tracking, worst", _metres(s["tracking"]["max_m"]), ""),
         ("clearance, least", _metres(s["clearance_min_m"]), ""),
+        ("walls seen", _share(s["coverage"]["walls"]), ""),
         ("setpoints", f"{s['setpoints']['sent']} at {s['setpoints']['rate_hz']:.1f} Hz", ""),
         ("worst gap", f"{s['setpoints']['worst_gap_s']:.3f} s", ""),
     ]

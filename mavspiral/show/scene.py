@@ -34,7 +34,7 @@ HIDDEN_SHARE = 0.16
 class Scene:
     """A site seen from `azimuth_deg` (clockwise from north, where the eye is) and `elevation_deg`."""
 
-    def __init__(self, site: Site, *, azimuth_deg: float = 215.0, elevation_deg: float = 24.0) -> None:
+    def __init__(self, site: Site, *, azimuth_deg: float = 240.0, elevation_deg: float = 24.0) -> None:
         azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
         toward = np.array([np.sin(azimuth), np.cos(azimuth), 0.0])
         self._right_enu = np.array([-toward[1], toward[0], 0.0])

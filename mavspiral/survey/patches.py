@@ -92,23 +92,25 @@ def patches_of(site: Site, patch_m: float = PATCH_M) -> Patches:
 
 
 def _wall_normals(exposed: list[NDArray[np.bool_]]) -> list[FloatArray]:
-    """For each side, the plan normal `(rows, cols, 2)` of the wall that the cell's face belongs to."""
+    """For each side, the plan normals `(n, 2)` of the walls that its exposed faces belong to, row by row."""
     window = (2 * RUN_CELLS + 1,) * 2
     east, north, west, south = (
-        cv2.boxFilter(mask.astype(np.float64), -1, window, normalize=False, borderType=cv2.BORDER_CONSTANT)
+        cv2.boxFilter(
+            mask.astype(np.float32), cv2.CV_32F, window, normalize=False, borderType=cv2.BORDER_CONSTANT
+        )
         for mask in exposed
     )
     normals = []
     for side, mask in enumerate(exposed):
-        across = east - west if side % 2 else (east if side == 0 else -west)
-        along = north - south if side % 2 == 0 else (north if side == 1 else -south)
-        normal = np.stack([across, along], axis=-1)
+        outward = SIDES_ENU[side, :2]
+        # The faces around, but for those that look the other way: the back of a thin wall.
+        normal = np.stack([(east - west)[mask], (north - south)[mask]], axis=-1).astype(np.float64)
+        normal[:, side % 2] = (east, north, west, south)[side][mask] * outward[side % 2]
         run = np.ones((RUN_CELLS, 1) if side % 2 == 0 else (1, RUN_CELLS), dtype=np.uint8)
-        straight = cv2.morphologyEx(np.pad(mask, RUN_CELLS).astype(np.uint8), cv2.MORPH_OPEN, run)[
-            RUN_CELLS:-RUN_CELLS, RUN_CELLS:-RUN_CELLS
-        ]
-        normal[(straight > 0) | ~mask] = SIDES_ENU[side, :2]
-        normals.append(normal / np.linalg.norm(normal, axis=-1, keepdims=True))
+        padded = np.pad(mask, RUN_CELLS).astype(np.uint8)
+        straight = cv2.morphologyEx(padded, cv2.MORPH_OPEN, run)[RUN_CELLS:-RUN_CELLS, RUN_CELLS:-RUN_CELLS]
+        normal[straight[mask] > 0] = outward
+        normals.append(normal / np.sqrt((normal**2).sum(axis=1, keepdims=True)))
     return normals
 
 
@@ -141,7 +143,7 @@ def _faces(
         axis=1,
     )
     normal = np.zeros((len(face), 3))
-    normal[:, :2] = normals[row[face], col[face]]
+    normal[:, :2] = normals[face]
     area_m2 = cell_m * height_m * (normal @ outward)
     return centre, normal, area_m2, height_m, np.full(len(face), side)
 

@@ -31,7 +31,7 @@ WORDS = {
     sight.OBLIQUE: "seen only at more than {incidence:.0f}° from square",
     sight.COARSE: "too far: a pixel is more than {gsd:.1f} mm",
     sight.OCCLUDED: "hidden behind something nearer to the camera",
-    NARROW: "facing something nearer than {narrow:.0f} m, twice the stand-off: the turns pass it by",
+    NARROW: "facing something {near:.0f} m away or more; turns at this speed only go in where it is {narrow:.0f} m",
     TOO_FEW: "seen by fewer than {views} shots",
 }
 POINTS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
@@ -47,7 +47,7 @@ def unseen_lines(
         shots: the shots.
         site: what stands there.
         camera: the camera.
-        narrow_m: a wall that faces something nearer than this is not flown past at the stand-off.
+        narrow_m: the turns do not go in between walls that are nearer to each other than this.
         roofs: whether unseen roofs are to be told of, too.
     """
     patches = coverage.patches
@@ -64,6 +64,7 @@ def unseen_lines(
         "incidence": math.degrees(coverage.demand.incidence_max_rad),
         "gsd": 1e3 * coverage.demand.gsd_max_m,
         "narrow": narrow_m,
+        "near": float(gaps_m[because == NARROW].min(initial=narrow_m)),
         "views": coverage.demand.views_min,
     }
     lines: list[str] = []
