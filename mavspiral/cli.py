@@ -157,6 +157,7 @@ def _tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str
         return
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     console = Console(highlight=False)
     table = Table(
@@ -167,15 +168,15 @@ def _tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str
     for row in rows:
         table.add_row(*row)
     console.print(table)
-    for warning in summary.get("warnings", ()):
-        console.print(f"[yellow]warning[/] {warning}", soft_wrap=True)
-    for failure in summary.get("failures", ()):
-        console.print(f"[red]failed[/] {failure}", soft_wrap=True)
+    # Texts, not markup: a line that begins with [accept] must not be taken for a style.
+    for word, style, key in (("warning", "yellow", "warnings"), ("failed", "red", "failures")):
+        for line in summary.get(key, ()):
+            console.print(Text.assemble((word, style), " ", line), soft_wrap=True)
     if "passed" in summary:
-        console.print("[green]passed[/]" if summary["passed"] else "[red]failed[/]")
+        console.print(Text("passed", "green") if summary["passed"] else Text("failed", "red"))
     files = sorted(summary.get("files", {}).values())
     if files:
-        console.print(f"[dim]wrote {len(files)} files to {Path(files[0]).parent}[/]", soft_wrap=True)
+        console.print(Text(f"wrote {len(files)} files to {Path(files[0]).parent}", "dim"), soft_wrap=True)
 
 
 if __name__ == "__main__":

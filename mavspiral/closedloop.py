@@ -17,11 +17,12 @@ import numpy as np
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError, LimitError
 from mavspiral.flight.flight_log import FlightLog, TlogWriter
-from mavspiral.flight.outcome import Outcome
+from mavspiral.flight.outcome import Outcome, SessionConfig
 from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
 from mavspiral.mission import Mission
+from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection, plan
 from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.solids import Solids
@@ -51,9 +52,10 @@ PATIENCE = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flight:
-    """A simulated flight and what was measured on it, by truth."""
+    """A simulated flight and what was measured on it, by truth; `trajectory` is the one from where it stood."""
 
     inspection: Inspection
+    trajectory: Trajectory
     outcome: Outcome
     log: FlightLog
     tlog: bytes
@@ -62,6 +64,7 @@ class Flight:
     wall_s: float
     stream: StreamFigures
     tracking_m: FloatArray
+    clearance_t_s: FloatArray
     clearance_m: FloatArray
     coverage: Coverage
     estimate_error_m: FloatArray
@@ -157,7 +160,11 @@ def simulate(
     simulator = Simulator(_config(inspection, seed, wind_mps, gusts, faults))
     tape = io.BytesIO()
     session = Session(
-        inspection.route_from, inspection.site.heights.frame, tap=TlogWriter(tape, TLOG_EPOCH_US).write
+        inspection.route_from,
+        inspection.site.heights.frame,
+        SessionConfig(safe_return_m=inspection.safe_return_m),
+        way_home=inspection.way_home,
+        tap=TlogWriter(tape, TLOG_EPOCH_US).write,
     )
     witness = _Witness(simulator)
     limit_us = round(1e6 * (PATIENCE * inspection.trajectory.duration_s + 300.0))
@@ -181,6 +188,11 @@ def _config(
     inspection: Inspection, seed: int, wind_mps: float, gusts: bool, faults: tuple[str, ...]
 ) -> SimulatorConfig:
     mission = inspection.mission
+    if mission.vehicle.autopilot != "px4":
+        raise InputError(
+            f"[vehicle] autopilot = {mission.vehicle.autopilot!r}: the bundled vehicle speaks PX4's dialect only. "
+            'Fix: autopilot = "px4"; `mavspiral plan` writes files for both'
+        )
     try:
         orders: tuple[Fault, ...] = tuple(parse_fault(spec) for spec in faults)
     except ValueError as error:
@@ -262,6 +274,7 @@ def _measured(
     nees = (error_m**2 / variance_enu_m2).sum(axis=1) / 3.0
     return Flight(
         inspection=inspection,
+        trajectory=session.trajectory,
         outcome=outcome,
         log=log,
         tlog=tlog,
@@ -270,6 +283,7 @@ def _measured(
         wall_s=wall_s,
         stream=session.figures,
         tracking_m=tracking_m,
+        clearance_t_s=seen[:, 0] / 1e6,
         clearance_m=solids.distance_m(position_enu_m),
         coverage=inspection.flown_coverage(session.trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad),
         estimate_error_m=np.sqrt((error_m[inspecting] ** 2).sum(axis=1)),

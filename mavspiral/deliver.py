@@ -60,6 +60,7 @@ def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) ->
             site=inspection.site,
             trajectory=trajectory,
             profiles=_plan_profiles(inspection),
+            inspection_s=trajectory.span_s("inspection"),
             facts=tuple((name, value) for name, value, _ in plan_rows(summary)),
             skin=Skin(inspection.site, inspection.coverage, mission.inspection.roof),
         ),
@@ -77,7 +78,7 @@ def write_flight(flight: Flight, folder: Path, summary: dict[str, Any]) -> dict[
     names = write_plan(inspection, folder, inspection.summary())
     log = flight.log
     assert log.truth_position_enu_m is not None
-    t_s = log.t_us / 1e6 - log.t_us[0] / 1e6
+    t_s = log.t_us / 1e6
     picture = write_figure(
         folder / f"{name}.flight.png",
         title=f"{name}: planned and flown",
@@ -87,6 +88,7 @@ def write_flight(flight: Flight, folder: Path, summary: dict[str, Any]) -> dict[
         facts=tuple((name, value) for name, value, _ in flight_rows(summary, inspection.mission)),
         skin=Skin(inspection.site, flight.coverage, inspection.mission.inspection.roof),
         flown=FlownPath(t_s, log.truth_position_enu_m, "truth"),
+        inspection_s=_inspection_s(flight),
     )
     log.save(folder / f"{name}.flight.npz")
     page = report_html(
@@ -123,6 +125,12 @@ def write_live(flight: LiveFlight, folder: Path, summary: dict[str, Any]) -> dic
     return names
 
 
+def _inspection_s(flight: Flight) -> tuple[float, float]:
+    """When the inspection began and ended; nothing at all if it was not reached."""
+    t_s = flight.log.t_us[flight.log.on_leg("inspection")] / 1e6
+    return (float(t_s[0]), float(t_s[-1])) if len(t_s) else (0.0, 0.0)
+
+
 def _plan_profiles(inspection: Inspection) -> tuple[Profile, ...]:
     states = inspection.trajectory.sampled(0.1)
     figures, clearance = inspection.certificate, inspection.clearance
@@ -147,7 +155,7 @@ def _plan_profiles(inspection: Inspection) -> tuple[Profile, ...]:
 def _flight_profiles(flight: Flight) -> tuple[Profile, ...]:
     log = flight.log
     assert log.truth_position_enu_m is not None
-    t_s = log.t_us / 1e6 - log.t_us[0] / 1e6
+    t_s = log.t_us / 1e6
     error_m = np.sqrt(((log.truth_position_enu_m - log.reference_position_enu_m) ** 2).sum(axis=1))
     believed_m = np.sqrt(((log.truth_position_enu_m - log.estimate_position_enu_m) ** 2).sum(axis=1))
     accept = flight.inspection.mission.accept
@@ -155,5 +163,5 @@ def _flight_profiles(flight: Flight) -> tuple[Profile, ...]:
         Profile("tracking error (truth against reference), m", t_s, error_m, accept.tracking_p95_m),
         Profile("estimate against truth, m", t_s, believed_m, None),
         Profile("height above ground, m", t_s, log.truth_position_enu_m[:, 2], None),
-        Profile("clearance, m", t_s, flight.clearance_m[-len(t_s) :], accept.clearance_min_m),
+        Profile("clearance, m", flight.clearance_t_s, flight.clearance_m, accept.clearance_min_m),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 from collections.abc import Callable
@@ -30,7 +31,8 @@ def write_with(path: Path, write: Callable[[BinaryIO], object]) -> Path:
             f"{path}: cannot be written ({error.strerror}). Fix: choose another folder with --out"
         ) from None
     finally:
-        beside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            beside.unlink()
     return path
 
 

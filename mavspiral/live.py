@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mavspiral.arrays import FloatArray
+from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
 from mavspiral.flight.outcome import Outcome, SessionConfig, Step
 from mavspiral.flight.realtime import drive, open_transport
@@ -91,13 +92,20 @@ def fly(
         LinkError: nobody listens at a TCP address.
     """
     inspection = plan(mission) if isinstance(mission, Mission) else mission
+    autopilot = inspection.mission.vehicle.autopilot
+    if autopilot != "px4":
+        raise InputError(
+            f"[vehicle] autopilot = {autopilot!r}: only PX4 can be streamed to yet. "
+            "Fix: `mavspiral plan` writes a .plan and a .waypoints for it"
+        )
     transport = open_transport(url)
     tape = io.BytesIO()
     begin_us = time.monotonic_ns() // 1000
     session = Session(
         inspection.route_from,
         inspection.site.heights.frame,
-        SessionConfig(dry_run=dry_run, rate_hz=rate_hz),
+        SessionConfig(dry_run=dry_run, rate_hz=rate_hz, safe_return_m=inspection.safe_return_m),
+        way_home=inspection.way_home,
         tap=TlogWriter(tape, time.time_ns() // 1000).write,
     )
 

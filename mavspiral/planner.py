@@ -40,7 +40,7 @@ from mavspiral.survey.patches import patches_of
 from mavspiral.survey.shots import Shots, flown_shots, shots_of
 from mavspiral.survey.solids import Solids
 from mavspiral.survey.unseen import unseen_lines
-from mavspiral.transit import judge_home, safe_way, transit_legs
+from mavspiral.transit import MARGIN_M, judge_home, safe_way, transit_legs
 
 __all__ = ["TAKEOFF_M", "Inspection", "plan"]
 
@@ -97,6 +97,27 @@ class Inspection:
         return measure_coverage(
             self.coverage.patches, shots, self.site, camera_of(self.mission), self.coverage.demand
         )
+
+    def way_home(self, start_enu_m: FloatArray, end_enu_m: FloatArray, yaw_enu_rad: float) -> Trajectory:
+        """The way from anywhere to anywhere that keeps the clearance, or what of it there is at the start.
+
+        Raises:
+            LimitError: there is no such way below the ceiling, or it is there already.
+        """
+        solids = _solids(self.site)
+        spare_m = float(solids.distance_m(start_enu_m[None, :])[0]) - MARGIN_M - 0.1
+        way = _way(
+            self.mission, self.site, solids, start_enu_m, end_enu_m, min(self.clearance_required_m, spare_m)
+        )
+        legs = transit_legs(way, "home", yaw_enu_rad, limits_of(self.mission))
+        if not legs:
+            raise LimitError("it is above home already")
+        return Trajectory(legs)
+
+    @property
+    def safe_return_m(self) -> float:
+        """The height above home from which nothing stands in a straight way home."""
+        return self.site.heights.top_m + self.clearance_required_m - float(self.home_enu_m[2])
 
     def summary(self) -> dict[str, Any]:
         """The figures of `plan --json`; what is not worked out yet is None."""
@@ -208,27 +229,38 @@ def plan(mission: Mission) -> Inspection:
 
 def _route(mission: Mission, site: Site, leg: Leg, home_enu_m: FloatArray, required_m: float) -> Trajectory:
     """Home, the way to the spiral, the spiral, the way back: from 4 m above home and back to there."""
-    solids, frame, limits = _solids(site), site.heights.frame, limits_of(mission)
+    solids, limits = _solids(site), limits_of(mission)
     judge_home(site.heights, solids, home_enu_m, required_m)
     standing_m = float(site.heights.sample(home_enu_m))
     rise_m = max(TAKEOFF_M, required_m + 0.5 if standing_m > 0.5 else 0.0)
     above_home_m = home_enu_m + np.array([0.0, 0.0, rise_m])
 
     def way(start_enu_m: FloatArray, end_enu_m: FloatArray) -> FloatArray:
-        return safe_way(
-            solids,
-            frame,
-            start_enu_m,
-            end_enu_m,
-            clearance_m=required_m,
-            ceiling_m=mission.limits.ceiling_m,
-            top_m=site.heights.top_m,
-        )
+        return _way(mission, site, solids, start_enu_m, end_enu_m, required_m)
 
     u_end_rad = leg.path.u_end_rad
     approach = transit_legs(way(above_home_m, leg.path(0.0)), "approach", float(leg.gaze(0.0)), limits)
     back = transit_legs(way(leg.path(u_end_rad), above_home_m), "return", float(leg.gaze(u_end_rad)), limits)
     return Trajectory((*approach, leg, *back))
+
+
+def _way(
+    mission: Mission,
+    site: Site,
+    solids: Solids,
+    start_enu_m: FloatArray,
+    end_enu_m: FloatArray,
+    clearance_m: float,
+) -> FloatArray:
+    return safe_way(
+        solids,
+        site.heights.frame,
+        start_enu_m,
+        end_enu_m,
+        clearance_m=clearance_m,
+        ceiling_m=mission.limits.ceiling_m,
+        top_m=site.heights.top_m,
+    )
 
 
 def _solids(site: Site) -> Solids:

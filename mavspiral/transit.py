@@ -17,7 +17,7 @@ from mavspiral.motion.turn import TurnGaze
 from mavspiral.shape.heightmap import HeightMap
 from mavspiral.survey.solids import Solids
 
-__all__ = ["judge_home", "safe_way", "transit_legs"]
+__all__ = ["MARGIN_M", "judge_home", "safe_way", "transit_legs"]
 
 STEP_M = 2.0
 MARGIN_M = 0.5

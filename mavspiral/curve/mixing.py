@@ -34,10 +34,9 @@ BASIS = _basis()
 def mixed_series(
     u: FloatArray, spectra: FloatArray, of_key: NDArray[np.int64], key_rad: float, basis: FloatArray
 ) -> FloatArray:
-    """Σ b_k(u)·s_k(u) at phases `(M,)` and its three derivatives by Leibniz' rule, `(4, M, 3)`; the third
-    component is left zero.
+    """Σ b_k(u)·s_k(u) at phases `(M,)` and its three derivatives, `(4, M, 3)`, with zeros for the height.
 
-    With c_j = Σ_k b_k⁽ʲ⁾·c_k the spectrum that the j-th derivatives of the weights mix, derivative m is
+    By Leibniz' rule: with c_j = Σ_k b_k⁽ʲ⁾·c_k the spectrum that the j-th derivatives of the weights mix, derivative m is
     Re Σ_n Σ_j C(m, j)·(in)^(m−j)·c_j·e^{inu}. Rows of `spectra` (U, 4, N+1): real and imaginary east, then north.
     Keys that all have one outline are that outline, and only c_0 is there.
     """

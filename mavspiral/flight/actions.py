@@ -14,7 +14,7 @@ from mavspiral.flight.origin import origin_from_pair
 from mavspiral.flight.profile import Mode, Profile
 from mavspiral.flight.reference import Reference
 from mavspiral.flight.situation import Situation
-from mavspiral.frames import GeoPoint
+from mavspiral.frames import GeoPoint, yaw_ned_to_enu
 
 __all__ = [
     "armed",
@@ -125,7 +125,11 @@ def checked(s: Situation) -> bool:
         return False
     assert s.reference is not None
     findings = check_before_arming(
-        s.vehicle, s.profile, s.reference.extremes(), battery_min_pct=s.config.battery_min_pct
+        s.vehicle,
+        s.profile,
+        s.reference.extremes(),
+        battery_min_pct=s.config.battery_min_pct,
+        safe_return_m=s.config.safe_return_m,
     )
     for severity, text in findings:
         if severity == "warning":
@@ -225,6 +229,23 @@ def prepare_stream(s: Situation) -> None:
         tilt_lead_s=s.profile.tilt_lead_s,
         damping=parameter(s.vehicle, s.profile, s.profile.damping) or 0.0,
     )
+
+
+def stands(s: Situation) -> bool:
+    """Whether the setpoint has come to rest."""
+    return s.follower is None or s.follower.pace.rate == 0.0
+
+
+def prepare_return(s: Situation) -> None:
+    """Begin the way back from where it stands to above home; refuses with a MavspiralError where there is none."""
+    assert s.to_vehicle is not None and s.origin is not None and s.trajectory is not None
+    if s.way_home is None:
+        raise LimitError("no way home is known")
+    s.to_vehicle = s.frame.to_vehicle(GeoPoint(*s.origin))
+    here_enu_m = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
+    end = s.trajectory(s.trajectory.duration_s)
+    way = s.way_home(here_enu_m, end.position_enu_m, float(yaw_ned_to_enu(s.vehicle.yaw_ned_rad)))
+    s.follower = Follower(Reference.of(way, s.to_vehicle), s.config.governor, s.clock.at(s.now_us))
 
 
 def finished(s: Situation) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.reference import Extremes
 from mavspiral.flight.vehicle import Vehicle
@@ -16,13 +18,14 @@ _LONG_LOSS_S = 3.0
 
 
 def check_before_arming(
-    vehicle: Vehicle, profile: Profile, extremes: Extremes, *, battery_min_pct: float
+    vehicle: Vehicle, profile: Profile, extremes: Extremes, *, battery_min_pct: float, safe_return_m: float
 ) -> list[Finding]:
     """What stands against the flight ("error") and what the pilot should know ("warning")."""
     return [
         *_state(vehicle, battery_min_pct),
         *_speeds(vehicle, profile, extremes),
         *_loss(vehicle, profile),
+        *_return(vehicle, profile, safe_return_m),
     ]
 
 
@@ -80,6 +83,16 @@ def _loss(vehicle: Vehicle, profile: Profile) -> list[Finding]:
             )
         )
     return findings
+
+
+def _return(vehicle: Vehicle, profile: Profile, safe_return_m: float) -> list[Finding]:
+    height_m = parameter(vehicle, profile, profile.return_height)
+    if height_m is None or height_m >= safe_return_m:
+        return []
+    words = (
+        f"its own Return flies home at {height_m:.0f} m ({profile.return_height}), maybe through the building"
+    )
+    return [("warning", f"{words}; set it to {math.ceil(safe_return_m)} or more")]
 
 
 def parameter(vehicle: Vehicle, profile: Profile, name: str) -> float | None:

@@ -31,6 +31,7 @@ class State(Enum):
     ALIGN = "align"
     STREAM = "stream"
     HOLD = "hold"
+    BRAKE = "brake"
     RETURN = "return"
     LAND = "land"
     OVER = "over"
@@ -45,6 +46,8 @@ class SessionConfig:
         governor: when path time slows down; its reserve also bounds how far the origin may move.
         battery_min_pct: below it the vehicle is not armed.
         join_max_m: farther than this from the first point after take-off, it lands instead of joining.
+        follow_within_s: how long the vehicle may stay too far off its path before it is landed where it is.
+        safe_return_m: the height above home from which nothing stands in a straight way home.
         lost_after_s: a silence after which the link is lost and the setpoints end.
         dry_run: do everything but arm.
     """
@@ -53,6 +56,8 @@ class SessionConfig:
     governor: GovernorLimits = field(default_factory=GovernorLimits)
     battery_min_pct: float = 30.0
     join_max_m: float = 5.0
+    follow_within_s: float = 20.0
+    safe_return_m: float = 0.0
     lost_after_s: float = 5.0
     dry_run: bool = False
 

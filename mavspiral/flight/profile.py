@@ -41,6 +41,7 @@ class Profile:
         loss_action: parameter that says what its failsafe does then.
         loss_actions: the values of `loss_action` in words.
         safe_loss_actions: those that need no pilot.
+        return_height: parameter that says at which height above home its own Return flies.
         damping: parameter that says what share of its measured acceleration it takes off again.
     """
 
@@ -67,12 +68,13 @@ class Profile:
     loss_action: str
     loss_actions: Mapping[int, str]
     safe_loss_actions: frozenset[int]
+    return_height: str
     damping: str
 
     @property
     def parameters(self) -> tuple[str, ...]:
         """The parameters that the session reads before it arms."""
-        return (self.loss_timeout, self.loss_action, *self.speed_parameters, self.damping)
+        return (self.loss_timeout, self.loss_action, *self.speed_parameters, self.return_height, self.damping)
 
     def mode_name(self, custom_mode: int) -> str:
         """The mode in words."""

@@ -81,5 +81,6 @@ PX4 = Profile(
         7: "Disarm",
     },
     safe_loss_actions=frozenset({3, 4, 5}),
+    return_height="RTL_RETURN_ALT",
     damping="MPC_XY_VEL_D_ACC",
 )

@@ -20,7 +20,7 @@ from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.px4 import PX4
 from mavspiral.flight.schedule import Schedule, StreamFigures
-from mavspiral.flight.situation import Route, Situation
+from mavspiral.flight.situation import Route, Situation, WayHome
 from mavspiral.flight.streamer import Streamer
 from mavspiral.flight.telemetry import TelemetryRequest
 from mavspiral.frames import GeoPoint, LocalFrame
@@ -40,6 +40,7 @@ class Session:
         route: gives the trajectory for a home at `(3,)` in the plan's ENU, or refuses with a MavspiralError.
         frame: the plan's ENU.
         config: what may be told.
+        way_home: gives the way back from anywhere on the flight; without it a flight that is given up lands there.
         profile: the autopilot's ways.
         tap: is handed every whole frame with its time, both directions (`TlogWriter.write`).
     """
@@ -50,6 +51,7 @@ class Session:
         frame: LocalFrame,
         config: SessionConfig | None = None,
         *,
+        way_home: WayHome | None = None,
         profile: Profile = PX4,
         tap: Callable[[int, bytes], None] | None = None,
     ) -> None:
@@ -57,7 +59,7 @@ class Session:
         self.outcome: Outcome | None = None
         config = config or SessionConfig()
         link = Link(None if tap is None else lambda packet: tap(self._s.now_us, packet))
-        self._s = Situation(route, frame, config, profile, link, TelemetryRequest(profile))
+        self._s = Situation(route, way_home, frame, config, profile, link, TelemetryRequest(profile))
         self._row = COURSE[State.CONNECT]
         self._streamer = Streamer(self._s)
         self._heartbeats = Schedule(_HEARTBEAT_US)
@@ -72,6 +74,7 @@ class Session:
         self._modes: frozenset[int] = frozenset()
         self._entry_mode: int | None = None
         self._mode_reached = False
+        self._following_us = 0
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
@@ -190,6 +193,7 @@ class Session:
             self._hands_off(beat)
             return
         self._watch_origin()
+        self._watch_following()
 
     def _watch_origin(self) -> None:
         s = self._s
@@ -201,10 +205,22 @@ class Session:
         s.origin = now
         moved_m = math.hypot(*LocalFrame(GeoPoint(*then)).point_enu_m(GeoPoint(*now)))
         words = f"the vehicle's local origin moved by {moved_m:.2f} m in flight"
-        if moved_m > s.config.governor.reserve_m and self.state is not State.RETURN:
-            self._give_up(f"{words}; flying home", State.RETURN)
+        if moved_m > s.config.governor.reserve_m and self.state not in (
+            State.BRAKE,
+            State.RETURN,
+            State.LAND,
+        ):
+            self._give_up(f"{words}; flying home", State.BRAKE)
         else:
             s.tell("warning", words)
+
+    def _watch_following(self) -> None:
+        s = self._s
+        if not self._row.moves or s.follower is None or s.follower.pace.rate > 0.0:
+            self._following_us = s.now_us
+        elif (s.now_us - self._following_us) * 1e-6 > s.config.follow_within_s:
+            off_m = s.follower.error_m
+            self._give_up(f"the vehicle stays {off_m:.1f} m off its path; landing it there", State.LAND)
 
     def _stop(self) -> None:
         self._stop_asked = False
@@ -216,7 +232,7 @@ class Session:
             self._s.tell("warning", "stopping: the vehicle holds its position; stop again to fly home")
             self._enter(State.HOLD)
         elif self.state is State.HOLD:
-            self._give_up("stopped by the user; flying home", State.RETURN)
+            self._give_up("stopped by the user; flying home", State.BRAKE)
 
     def _hands_off(self, beat: Heartbeat) -> None:
         mode = self._s.profile.mode_name(beat.custom_mode)
@@ -279,7 +295,7 @@ class Session:
 
     def _give_up(self, reason: str, state: State) -> None:
         self._s.tell("error", reason)
-        self._failure = reason
+        self._failure = f"{self._failure}; {reason}" if self._failure else reason
         self._enter(state)
 
     def _conclude(self, reason: str, exit_code: int = 1) -> None:

@@ -20,9 +20,13 @@ from mavspiral.flight.vehicle_clock import VehicleClock
 from mavspiral.frames import LocalFrame, RigidMap
 from mavspiral.motion.trajectory import Trajectory
 
-__all__ = ["Route", "Situation"]
+__all__ = ["Route", "Situation", "WayHome"]
 
 Route = Callable[[FloatArray], Trajectory]
+"""The trajectory for a home at `(3,)` in the plan's ENU, or a refusal."""
+
+WayHome = Callable[[FloatArray, FloatArray, float], Trajectory]
+"""The trajectory from one place to another, `(3,)` in the plan's ENU, with a yaw_enu_rad to keep, or a refusal."""
 
 
 @dataclass(slots=True)
@@ -38,6 +42,7 @@ class Situation:
     """
 
     route: Route
+    way_home: WayHome | None
     frame: LocalFrame
     config: SessionConfig
     profile: Profile

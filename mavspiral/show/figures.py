@@ -57,6 +57,7 @@ def write_figure(
     site: Site,
     trajectory: Trajectory,
     profiles: tuple[Profile, ...],
+    inspection_s: tuple[float, float],
     facts: tuple[tuple[str, str], ...],
     skin: Skin,
     flown: FlownPath | None = None,
@@ -86,7 +87,7 @@ def write_figure(
         for row, profile in enumerate(profiles):
             bottom = 0.07 + height * (len(profiles) - 1 - row)
             axes = figure.add_axes((0.685, bottom, 0.295, height - 0.075))
-            _profile(axes, profile, trajectory, last=row == len(profiles) - 1)
+            _profile(axes, profile, inspection_s, last=row == len(profiles) - 1)
         return write_with(path, lambda file: figure.savefig(file, format="png"))
 
 
@@ -165,14 +166,13 @@ def _from_above(
     axes.spines[:].set_visible(False)
 
 
-def _profile(axes: Axes, profile: Profile, trajectory: Trajectory, *, last: bool) -> None:
-    begin_s, end_s = trajectory.span_s("inspection")
+def _profile(axes: Axes, profile: Profile, inspection_s: tuple[float, float], *, last: bool) -> None:
     axes.plot(profile.t_s, profile.value, color=profile.colour, lw=0.8)
-    axes.axvspan(begin_s, end_s, color=PLANNED, alpha=0.06, lw=0)
+    axes.axvspan(*inspection_s, color=PLANNED, alpha=0.06, lw=0)
     if profile.allowed is not None:
         axes.axhline(profile.allowed, color=LIMIT, lw=0.8, ls=(0, (4, 3)))
     axes.set_title(profile.title, loc="left", fontsize=9)
-    axes.set_xlim(0.0, max(float(profile.t_s[-1]), trajectory.duration_s))
+    axes.set_xlim(0.0, float(profile.t_s[-1]))
     axes.set_ylim(bottom=0.0)
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelbottom=last, labelsize=7)

@@ -80,7 +80,12 @@ def make_trajectory(home_enu_m, helix_s=40.0):
     )
 
 
+def way_home(start_enu_m, end_enu_m, yaw_enu_rad):
+    return Trajectory((line("home-1", start_enu_m, end_enu_m, yaw_enu_rad),))
+
+
 def make_session(config=None, route=make_trajectory, **kwargs):
+    kwargs.setdefault("way_home", way_home)
     return Session(route, LocalFrame(PLAN_ORIGIN), config or SessionConfig(), **kwargs)
 
 

@@ -46,12 +46,15 @@ class FakePx4:
         self.parameters = dict(PARAMETERS)
         self.intervals_us = {name: 1e6 / hz for name, hz in AUTOSTART_HZ.items()}
         # quirks, for tests to set
-        self.mute_heartbeat = self.hides_origin = self.ignores_arming = self.ignores_offboard = False
+        self.stuck = self.mute_heartbeat = self.hides_origin = self.ignores_arming = self.ignores_offboard = (
+            False
+        )
         self.denies_arming_n = 0
         self.offboard_grace_us = 0
         # what tests look at
         self.setpoints = []  # (vehicle's time in us, message)
         self.commands = []
+        self.modes = []  # that were asked for and entered
         self.track = []  # (time in us, position)
         self._mav = mavlink.MAVLink(None, 1, 1)
         self._mav.robust_parsing = True
@@ -101,6 +104,8 @@ class FakePx4:
             m = newest[1]
             wanted = (m.vx + m.x, m.vy + m.y, m.vz + m.z)
             velocity = [w - p for w, p in zip(wanted, self.position, strict=True)]
+            if self.stuck:
+                velocity = (0.0, 0.0, 0.0)
             self.yaw = m.yaw
         elif self.armed and self.mode == TAKEOFF:
             climb = self.position[2] - self._takeoff_down_m
@@ -170,6 +175,7 @@ class FakePx4:
             if self.ignores_offboard:
                 return 0
         self.mode = mode
+        self.modes.append(mode)
         return 0
 
     def _command_511(self, m):

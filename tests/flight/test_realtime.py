@@ -77,7 +77,7 @@ def test_ctrl_c_holds_and_again_flies_home(px4):
     before = signal.getsignal(signal.SIGINT)
     with opened(f"udp:127.0.0.1:{port}") as transport:
         outcome = drive(session, transport, radio, now_us=lambda: radio.now_us)
-    assert outcome.state is State.RETURN and "stopped by the user" in outcome.reason
+    assert outcome.state is State.LAND and "stopped by the user" in outcome.reason
     assert signal.getsignal(signal.SIGINT) is before
 
 

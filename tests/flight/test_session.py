@@ -5,7 +5,17 @@ import math
 import numpy as np
 import pymap3d
 import pytest
-from fake_flight import PLAN_ORIGIN, VEHICLE_ORIGIN, Air, Helix, fly, make_session, make_trajectory, split
+from fake_flight import (
+    HOME,
+    PLAN_ORIGIN,
+    VEHICLE_ORIGIN,
+    Air,
+    Helix,
+    fly,
+    make_session,
+    make_trajectory,
+    split,
+)
 from fake_px4 import LAND, LOITER, OFFBOARD, POSCTL, RTL
 from pymavlink.dialects.v20 import common as mavlink
 
@@ -35,7 +45,7 @@ def test_a_flight_from_connecting_to_disarming(px4):
     assert session.outcome.ok and session.outcome.exit_code == 0
     states = [event.text for event in session.events if event.text in {s.value for s in State}]
     assert states == [
-        s.value for s in State if s not in (State.HOLD, State.RETURN, State.OVER, State.LAND)
+        s.value for s in State if s not in (State.HOLD, State.BRAKE, State.RETURN, State.OVER, State.LAND)
     ] + ["land"]
     assert not px4.armed and px4.armed_height_m == pytest.approx(0.0, abs=0.06)
     assert [t for t in texts(session).split(" | ") if t.startswith("leg")] == [
@@ -325,7 +335,10 @@ def test_an_origin_that_moves_in_flight_sends_it_home(px4):
     px4.origin = (VEHICLE_ORIGIN[0] + 5e-5, *VEHICLE_ORIGIN[1:])  # 5.5 m north
     fly_on(session, px4)
     assert not session.outcome.ok and "origin moved by 5.5" in session.outcome.reason
-    assert px4.mode == RTL and not px4.armed
+    assert session.outcome.state is State.LAND and not px4.armed
+    above_home = np.array([*HOME[:2], HOME[2] - 20.0]) - np.array([5.56, 0, 0])  # seen from the new origin
+    last = np.array([px4.setpoints[-1][1].x, px4.setpoints[-1][1].y, px4.setpoints[-1][1].z])
+    assert np.allclose(last, above_home, atol=0.1), "it flies home in the frame that the vehicle has now"
 
 
 def test_stop_holds_and_stop_again_flies_home(px4):
@@ -341,6 +354,34 @@ def test_stop_holds_and_stop_again_flies_home(px4):
     session.stop()
     fly_on(session, px4)
     assert session.outcome.exit_code == 1 and "stopped by the user" in session.outcome.reason
+    assert not px4.armed
+    last = px4.setpoints[-1][1]
+    assert np.allclose((last.x, last.y, last.z), (*HOME[:2], HOME[2] - 20.0), atol=0.2), (
+        "by setpoints, above home"
+    )
+    assert RTL not in px4.modes, "never in a straight line of the autopilot's own"
+
+
+def test_without_a_safe_way_home_it_lands_where_it_is(px4):
+    def refuse(start_enu_m, end_enu_m, yaw_enu_rad):
+        raise LimitError("walls all round")
+
+    session = make_session(way_home=refuse)
+    fly(session, px4, until=streaming_for(session, 30))
+    session.stop()
+    fly_on(session, px4, until=lambda: session.state is State.HOLD)
+    session.stop()
+    fly_on(session, px4)
+    assert session.outcome.reason == "stopped by the user; flying home; walls all round; landing"
+    assert not px4.armed
+
+
+def test_a_vehicle_that_does_not_follow_is_landed(px4):
+    session = make_session(SessionConfig(follow_within_s=5.0))
+    fly(session, px4, until=streaming_for(session, 30))
+    px4.stuck = True
+    fly_on(session, px4)
+    assert session.outcome.state is State.LAND and "off its path" in session.outcome.reason
     assert not px4.armed
 
 

@@ -64,7 +64,7 @@ def test_an_accept_that_cannot_be_met_exits_1_and_says_what(tmp_path):
 
 
 def test_a_plan_that_fails_its_limits_exits_1_and_writes_nothing(tmp_path):
-    path = changed(tmp_path, "ceiling_m = 60", "ceiling_m = 5")
+    path = changed(tmp_path, "ceiling_m = 60", "ceiling_m = 4")
     answer = run("plan", path, "--out", tmp_path / "out")
     assert answer.returncode == 1
     assert "ceiling_m" in answer.stderr

@@ -13,6 +13,7 @@ import pytest
 from mavspiral.closedloop import simulate
 from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import FlightLog
+from mavspiral.survey.solids import Solids
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "kiosk.flight.csv"
 
@@ -45,11 +46,11 @@ def test_one_seed_gives_the_same_bits_and_another_does_not(planned, kiosk):
     assert other.tlog != kiosk.tlog
 
 
-def test_tracking_is_truth_against_the_reference_at_the_same_time(planned, kiosk):
+def test_tracking_is_truth_against_the_reference_at_the_same_time(kiosk):
     """By another road: the trajectory, asked for the path times of the log, against the truth in the log."""
     log = kiosk.log
     on_it = log.on_leg("inspection")
-    there = planned("kiosk").trajectory(log.path_t_s[on_it]).position_enu_m
+    there = kiosk.trajectory(log.path_t_s[on_it]).position_enu_m
     error_m = np.sqrt(((log.truth_position_enu_m[on_it] - there) ** 2).sum(axis=1))
     assert np.allclose(error_m, kiosk.tracking_m, atol=1e-3)
     assert 0.0 < kiosk.tracking_p95_m < 0.3
@@ -131,3 +132,17 @@ def test_the_golden_flight(kiosk, renew_golden):
     golden = np.loadtxt(GOLDEN, delimiter=",", skiprows=1)
     assert golden.shape == rows.shape
     assert np.allclose(rows, golden, atol=0.05)
+
+
+def test_the_way_home_from_anywhere_on_the_torre_keeps_clear_of_it(planned):
+    inspection = planned("torre")
+    above_home = inspection.trajectory(0.0).position_enu_m
+    heights = inspection.site.heights
+    solids = Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
+    for t_s in np.linspace(3.0, inspection.trajectory.duration_s - 5.0, 25):
+        here = inspection.trajectory(t_s).position_enu_m
+        way = inspection.way_home(here, above_home, 0.3)
+        states = way.sampled(0.1)
+        assert np.allclose(states.position_enu_m[0], here)
+        assert np.allclose(states.position_enu_m[-1], above_home)
+        assert solids.distance_m(states.position_enu_m).min() >= inspection.clearance_required_m - 1e-9

@@ -1,0 +1,44 @@
+"""What a setpoint's acceleration makes up for, and how the drag is learned."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mavspiral.flight.feedforward import DRAG_MAX_PER_S, compensated, learned_drag
+from mavspiral.flight.messages import Target
+
+TARGET = Target((1.0, 2.0, 3.0), (4.0, -2.0, 1.0), (0.5, 1.0, -0.2), 0.3, 0.1)
+
+
+def test_damping_and_drag_act_on_the_horizontal_alone():
+    out = compensated(TARGET, damping=0.2, drag_per_s=0.1)
+    assert out.acceleration_ned_mps2 == pytest.approx((1.2 * 0.5 + 0.4, 1.2 * 1.0 - 0.2, -0.2))
+    assert out._replace(acceleration_ned_mps2=TARGET.acceleration_ned_mps2) == TARGET
+
+
+def test_without_either_a_setpoint_stays_what_it_is():
+    assert compensated(TARGET, 0.0, 0.0) == TARGET
+
+
+def test_an_absurd_damping_is_bounded():
+    assert compensated(TARGET, 50.0, 0.0).acceleration_ned_mps2[0] <= 0.75 + 1e-12
+    assert compensated(TARGET, -3.0, 0.0) == TARGET
+
+
+@pytest.mark.parametrize("true_drag", [0.0, 0.05, 0.15, 0.25])
+def test_the_drag_is_found_from_the_lag_that_it_leaves(true_drag):
+    """PX4's cascade lags by (d - k)·v / (P_pos·P_vel) = (d - k)·v / 1.7."""
+    k = 0.1
+    for _ in range(6000):
+        k = learned_drag(k, (true_drag - k) * 5.0 / 1.7, 5.0, 0.02)
+    assert k == pytest.approx(true_drag, abs=0.005)
+
+
+@given(st.floats(0, DRAG_MAX_PER_S), st.floats(-50, 50), st.floats(0, 20), st.floats(-5, 5))
+def test_it_stays_within_bounds_and_slow_flight_teaches_nothing(k, lag_m, speed_mps, dt_s):
+    found = learned_drag(k, lag_m, speed_mps, dt_s)
+    assert 0.0 <= found <= DRAG_MAX_PER_S
+    if speed_mps < 1.0 or not 0.0 < dt_s < 1.0:
+        assert found == k
