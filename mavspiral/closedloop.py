@@ -25,6 +25,7 @@ from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection, plan
 from mavspiral.survey.coverage import Coverage
+from mavspiral.survey.shots import Shots
 from mavspiral.survey.solids import Solids
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
@@ -66,6 +67,7 @@ class Flight:
     tracking_m: FloatArray
     clearance_t_s: FloatArray
     clearance_m: FloatArray
+    shots: Shots
     coverage: Coverage
     estimate_error_m: FloatArray
     nees: FloatArray
@@ -266,6 +268,7 @@ def _measured(
     at = np.searchsorted(seen[:, 0], log.t_us)
     yaw_enu_rad = np.unwrap(yaw_ned_to_enu(seen[at, 7]))
     log = log.with_truth(position_enu_m[at], seen[at, 4:7] @ to_home.R_ned_enu, yaw_enu_rad)
+    shots = inspection.flown_shots(session.trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad)
     inspecting = log.on_leg("inspection")
     tracking_m = np.sqrt(((position_enu_m[at] - log.reference_position_enu_m)[inspecting] ** 2).sum(axis=1))
     believed_enu_m = _believed_map(inspection, simulator).position_enu_m(seen[at, 8:11])
@@ -285,7 +288,8 @@ def _measured(
         tracking_m=tracking_m,
         clearance_t_s=seen[:, 0] / 1e6,
         clearance_m=solids.distance_m(position_enu_m),
-        coverage=inspection.flown_coverage(session.trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad),
+        shots=shots,
+        coverage=inspection.coverage_from(shots),
         estimate_error_m=np.sqrt((error_m[inspecting] ** 2).sum(axis=1)),
         nees=nees[inspecting],
         battery_used=1.0 - simulator.report.instruments.battery.remaining,

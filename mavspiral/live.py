@@ -157,12 +157,13 @@ def _coverage(inspection: Inspection, route: Trajectory | None, log: FlightLog |
     if route is None or log is None:
         return None
     known = np.isfinite(log.estimate_position_enu_m).all(axis=1) & np.isfinite(log.estimate_yaw_enu_rad)
-    return inspection.flown_coverage(
+    shots = inspection.flown_shots(
         route,
         log.path_t_s[known],
         log.estimate_position_enu_m[known],
         np.unwrap(log.estimate_yaw_enu_rad[known]),
     )
+    return inspection.coverage_from(shots)
 
 
 def _rounded(value: float) -> float | None:

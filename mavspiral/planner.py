@@ -84,16 +84,19 @@ class Inspection:
         """
         return _route(self.mission, self.site, self.leg, home_enu_m, self.clearance_required_m)
 
-    def flown_coverage(
+    def flown_shots(
         self, route: Trajectory, path_t_s: FloatArray, position_enu_m: FloatArray, yaw_enu_rad: FloatArray
-    ) -> Coverage:
-        """What the planned shots show from where a vehicle was when it came to them.
+    ) -> Shots:
+        """The planned shots from where a vehicle was when it came to them.
 
         `route` is what was flown. Its rows are poses at path times on it, NaN off it. Its way to the spiral begins
         where the vehicle stood, so that the spiral has other path times than planned.
         """
         later_s = route.span_s("inspection")[0] - self.trajectory.span_s("inspection")[0]
-        shots = flown_shots(self.shots, path_t_s - later_s, position_enu_m, yaw_enu_rad)
+        return flown_shots(self.shots, path_t_s - later_s, position_enu_m, yaw_enu_rad)
+
+    def coverage_from(self, shots: Shots) -> Coverage:
+        """What other shots than the planned ones show of the building."""
         return measure_coverage(
             self.coverage.patches, shots, self.site, camera_of(self.mission), self.coverage.demand
         )
