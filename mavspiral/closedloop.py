@@ -31,6 +31,7 @@ from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
 from sitl.params import Params
 from sitl.rotation import to_yaw
+from sitl.signals import Estimate, TruthState
 from sitl.signals import GeoPoint as VehiclePoint
 from sitl.simulator import Simulator, SimulatorConfig
 from sitl.vehicle import VehicleConfig
@@ -178,7 +179,7 @@ def simulate(
         vehicle = simulator.step(now_us, to_vehicle)
         step = session.step(now_us, vehicle.send)
         if now_us % WITNESS_US == 0:
-            witness.note(now_us)
+            witness.note()
         to_vehicle = step.send
         now_us = step.next_due_us
     wall_s = time.perf_counter() - begin_s
@@ -220,28 +221,29 @@ def _config(
 
 
 class _Witness:
-    """Writes down the truth, and what the vehicle believes, at every step: neither reaches the session."""
+    """Writes down the truth, and what the vehicle believes: neither reaches the session."""
 
     def __init__(self, simulator: Simulator) -> None:
-        self._simulator = simulator
-        self._rows: list[tuple[float, ...]] = []
+        self.simulator = simulator
+        self._truths: list[TruthState] = []
+        self._beliefs: list[Estimate] = []
 
-    def note(self, now_us: int) -> None:
-        truth, estimate = self._simulator.truth, self._simulator.report.estimate
-        self._rows.append(
-            (
-                now_us,
-                *truth.position_ned_m,
-                *truth.velocity_ned_mps,
-                to_yaw(truth.q_ned_frd),
-                *estimate.position_ned_m,
-                *estimate.position_variance_m2,
-            )
-        )
+    def note(self) -> None:
+        """Take the present state."""
+        self._truths.append(self.simulator.truth)
+        self._beliefs.append(self.simulator.report.estimate)
 
-    def columns(self) -> FloatArray:
-        """Rows of time, true position, velocity and yaw in NED about home; believed position, its variance."""
-        return np.array(self._rows)
+    def columns(self) -> dict[str, FloatArray]:
+        """What was noted: `time_us`, then truth in NED about home, then what was believed about the EKF's origin."""
+        truths, beliefs = self._truths, self._beliefs
+        return {
+            "time_us": np.array([truth.time_us for truth in truths]),
+            "position_ned_m": np.array([truth.position_ned_m for truth in truths]),
+            "velocity_ned_mps": np.array([truth.velocity_ned_mps for truth in truths]),
+            "yaw_ned_rad": np.array([to_yaw(truth.q_ned_frd.tolist()) for truth in truths]),
+            "believed_ned_m": np.array([belief.position_ned_m for belief in beliefs]),
+            "variance_ned_m2": np.array([belief.position_variance_m2 for belief in beliefs]),
+        }
 
 
 def _measured(
@@ -254,26 +256,23 @@ def _measured(
     sim_s: float,
     wall_s: float,
 ) -> Flight:
-    simulator = witness._simulator
-    seen = witness.columns()
-    home = inspection.site.heights.frame.geo_point(inspection.home_enu_m)
-    to_home = inspection.site.heights.frame.to_vehicle(home)
-    position_enu_m = to_home.position_enu_m(seen[:, 1:4])
-    heights = inspection.site.heights
-    solids = Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
-
     if session.trajectory is None:
         raise LimitError(f"{inspection.mission.name}: the flight never began: {outcome.reason}")
+    seen, frame, heights = witness.columns(), inspection.site.heights.frame, inspection.site.heights
+    to_home = frame.to_vehicle(frame.geo_point(inspection.home_enu_m))
+    position_enu_m = to_home.position_enu_m(seen["position_ned_m"])
+    solids = Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
+
     log = session.log()
-    at = np.searchsorted(seen[:, 0], log.t_us)
-    yaw_enu_rad = np.unwrap(yaw_ned_to_enu(seen[at, 7]))
-    log = log.with_truth(position_enu_m[at], seen[at, 4:7] @ to_home.R_ned_enu, yaw_enu_rad)
+    at = np.searchsorted(seen["time_us"], log.t_us)
+    yaw_enu_rad = np.unwrap(yaw_ned_to_enu(seen["yaw_ned_rad"][at]))
+    log = log.with_truth(position_enu_m[at], seen["velocity_ned_mps"][at] @ to_home.R_ned_enu, yaw_enu_rad)
     shots = inspection.flown_shots(session.trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad)
     inspecting = log.on_leg("inspection")
     tracking_m = np.sqrt(((position_enu_m[at] - log.reference_position_enu_m)[inspecting] ** 2).sum(axis=1))
-    believed_enu_m = _believed_map(inspection, simulator).position_enu_m(seen[at, 8:11])
+    believed_enu_m = _believed_map(inspection, witness.simulator).position_enu_m(seen["believed_ned_m"][at])
     error_m = believed_enu_m - position_enu_m[at]
-    variance_enu_m2 = seen[at, 11:14][:, [1, 0, 2]]
+    variance_enu_m2 = seen["variance_ned_m2"][at][:, [1, 0, 2]]
     nees = (error_m**2 / variance_enu_m2).sum(axis=1) / 3.0
     return Flight(
         inspection=inspection,
@@ -286,13 +285,13 @@ def _measured(
         wall_s=wall_s,
         stream=session.figures,
         tracking_m=tracking_m,
-        clearance_t_s=seen[:, 0] / 1e6,
+        clearance_t_s=seen["time_us"] / 1e6,
         clearance_m=solids.distance_m(position_enu_m),
         shots=shots,
         coverage=inspection.coverage_from(shots),
         estimate_error_m=np.sqrt((error_m[inspecting] ** 2).sum(axis=1)),
         nees=nees[inspecting],
-        battery_used=1.0 - simulator.report.instruments.battery.remaining,
+        battery_used=1.0 - witness.simulator.report.instruments.battery.remaining,
     )
 
 

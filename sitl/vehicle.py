@@ -144,9 +144,10 @@ class Vehicle:
 
     def advance(self, until_us: int, demand: Demand) -> None:
         """Live until `until_us`, which is rounded down to whole frames, under one demand."""
-        if demand is not self._demand:
+        old = self._demand
+        if old is None or (demand.setpoint, demand.armed, demand.idle) != (old.setpoint, old.armed, old.idle):
             set_demand(self._brain["demand"], demand)
-            self._demand = demand
+        self._demand = demand
         world, brain, noise, ekf = self._world, self._brain, self._noise, self._ekf
         self._believed = None
         for frame in range(self._frame, until_us // FRAME_US):

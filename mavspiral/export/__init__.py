@@ -1,1 +1,1 @@
-"""."""
+"""Files: QGroundControl plans, waypoints, tables, KML."""

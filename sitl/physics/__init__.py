@@ -1,1 +1,1 @@
-"""."""
+"""The body and the world around it: what really happens."""

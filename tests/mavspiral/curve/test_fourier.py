@@ -1,5 +1,8 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from mavspiral.curve.fourier import FourierCurve, harmonics_needed, in_phase, points_of, spectra_of
 
@@ -38,6 +41,26 @@ def test_derivatives_are_derivatives(order):
     h = 1e-5
     slope = (curve(U + h, order - 1) - curve(U - h, order - 1)) / (2.0 * h)
     np.testing.assert_allclose(slope, curve(U, order), atol=1e-6 * np.abs(curve(U, order)).max())
+
+
+coordinates = st.floats(-500.0, 500.0, width=32)
+
+
+@given(arrays(np.float64, (32, 2), elements=coordinates))
+def test_parseval(points):
+    """Half of Σ|c_k|², and the whole of the mean's, is the mean square of any points without a half wave."""
+    spectra = spectra_of(points)
+    half_wave = (points * np.cos(np.pi * np.arange(32))[:, None]).mean(axis=0)
+    without = points - np.outer(np.cos(np.pi * np.arange(32)), half_wave)
+    energy = np.abs(spectra[0]) ** 2 + 0.5 * (np.abs(spectra[1:]) ** 2).sum(axis=0)
+    np.testing.assert_allclose(energy, (without**2).mean(axis=0), rtol=1e-9, atol=1e-6)
+
+
+@given(st.integers(0, 10_000), st.floats(0.0, 2.0 * np.pi), st.sampled_from([1, 2, 3]))
+def test_derivatives_equal_finite_differences_anywhere(seed, u, order):
+    curve, h = FourierCurve(blob(seed)), 1e-5
+    slope = (curve(u + h, order - 1) - curve(u - h, order - 1)) / (2.0 * h)
+    np.testing.assert_allclose(slope, curve(u, order), atol=1e-6 * np.abs(curve(U, order)).max())
 
 
 def test_the_harmonics_are_the_fewest_that_keep_the_tolerance():
