@@ -16,12 +16,14 @@ from mavspiral.shape.keepout import circle_ring_m, with_obstacle
 from mavspiral.shape.readers import MapRequest
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.clearance import ClearanceBudget
+from mavspiral.survey.coverage import Demand
 from mavspiral.survey.solids import Solids
 
 __all__ = [
     "band_m",
     "budget_of",
     "camera_of",
+    "demand_of",
     "home_enu_m",
     "limits_of",
     "map_request",
@@ -67,6 +69,12 @@ def camera_of(mission: Mission) -> Camera:
         min_interval_s=c.min_interval_s,
         gimbal=c.gimbal,
     )
+
+
+def demand_of(mission: Mission) -> Demand:
+    """When a piece of wall counts as seen."""
+    q = mission.quality
+    return Demand(q.gsd_max_mm / 1e3, math.radians(q.incidence_max_deg), q.views_min)
 
 
 def limits_of(mission: Mission) -> Limits:

@@ -24,6 +24,8 @@ from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection, plan
+from mavspiral.survey.coverage import Coverage
+from mavspiral.survey.shots import Shots
 from mavspiral.survey.solids import Solids
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
@@ -66,6 +68,8 @@ class Flight:
     tracking_m: FloatArray
     clearance_t_s: FloatArray
     clearance_m: FloatArray
+    shots: Shots
+    coverage: Coverage
     estimate_error_m: FloatArray
     nees: FloatArray
     battery_used: float
@@ -91,6 +95,7 @@ class Flight:
             ("tracking_p95_m", self.tracking_p95_m, accept.tracking_p95_m, False),
             ("tracking_max_m", _quantile(self.tracking_m, 1.0), accept.tracking_max_m, False),
             ("clearance_min_m", self.clearance_min_m, accept.clearance_min_m, True),
+            ("coverage", self.coverage.walls, accept.coverage, True),
             ("duration_max_s", self.sim_s, accept.duration_max_s, False),
         ):
             if allowed is None:
@@ -126,7 +131,7 @@ class Flight:
                 "nees_mean": _rounded(_mean(self.nees)),
             },
             "clearance_min_m": _rounded(self.clearance_min_m),
-            "coverage": {"walls": None, "roof": None},
+            "coverage": {kind: self.coverage.summary()[kind] for kind in ("walls", "roof")},
             "battery_used_pct": round(100.0 * self.battery_used, 1),
             "setpoints": {"sent": self.stream.sent_n, "rate_hz": round(self.stream.rate_hz, 2)},
             "events": [
@@ -260,11 +265,9 @@ def _measured(
 
     log = session.log()
     at = np.searchsorted(seen["time_us"], log.t_us)
-    log = log.with_truth(
-        position_enu_m[at],
-        seen["velocity_ned_mps"][at] @ to_home.R_ned_enu,
-        np.unwrap(yaw_ned_to_enu(seen["yaw_ned_rad"][at])),
-    )
+    yaw_enu_rad = np.unwrap(yaw_ned_to_enu(seen["yaw_ned_rad"][at]))
+    log = log.with_truth(position_enu_m[at], seen["velocity_ned_mps"][at] @ to_home.R_ned_enu, yaw_enu_rad)
+    shots = inspection.flown_shots(session.trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad)
     inspecting = log.on_leg("inspection")
     tracking_m = np.sqrt(((position_enu_m[at] - log.reference_position_enu_m)[inspecting] ** 2).sum(axis=1))
     believed_enu_m = _believed_map(inspection, witness.simulator).position_enu_m(seen["believed_ned_m"][at])
@@ -284,6 +287,8 @@ def _measured(
         tracking_m=tracking_m,
         clearance_t_s=seen["time_us"] / 1e6,
         clearance_m=solids.distance_m(position_enu_m),
+        shots=shots,
+        coverage=inspection.coverage_from(shots),
         estimate_error_m=np.sqrt((error_m[inspecting] ** 2).sum(axis=1)),
         nees=nees[inspecting],
         battery_used=1.0 - witness.simulator.report.instruments.battery.remaining,

@@ -10,13 +10,14 @@ import numpy as np
 from mavspiral.export.geo import trajectory_kml
 from mavspiral.export.items import mission_items
 from mavspiral.export.plan_file import plan_document
-from mavspiral.export.tables import trajectory_csv
+from mavspiral.export.tables import photos_csv, trajectory_csv
 from mavspiral.export.waypoints import waypoints_text
 from mavspiral.files import write_bytes, write_json, write_text
 from mavspiral.planner import Inspection
 from mavspiral.show.figures import FlownPath, Profile, write_figure
 from mavspiral.show.report import report_html
 from mavspiral.show.rows import flight_rows, plan_rows
+from mavspiral.show.skin import Skin
 
 if TYPE_CHECKING:
     from mavspiral.closedloop import Flight
@@ -26,7 +27,7 @@ __all__ = ["write_flight", "write_live", "write_plan"]
 
 
 def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
-    """The plan's files by kind: plan, waypoints, csv, kml, png and json (the summary)."""
+    """The plan's files by kind: plan, waypoints, csv, photos, kml, png and json (the summary)."""
     mission, frame, trajectory = inspection.mission, inspection.site.heights.frame, inspection.trajectory
     items = mission_items(
         trajectory,
@@ -47,6 +48,9 @@ def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) ->
         "plan": write_json(base.with_name(f"{mission.name}.plan"), document),
         "waypoints": write_text(base.with_name(f"{mission.name}.waypoints"), waypoints_text(items)),
         "csv": write_text(base.with_name(f"{mission.name}.csv"), trajectory_csv(trajectory, frame)),
+        "photos": write_text(
+            base.with_name(f"{mission.name}.photos.csv"), photos_csv(inspection.shots, frame)
+        ),
         "kml": write_text(
             base.with_name(f"{mission.name}.kml"), trajectory_kml(trajectory, frame, mission.name)
         ),
@@ -58,6 +62,7 @@ def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) ->
             profiles=_plan_profiles(inspection),
             inspection_s=trajectory.span_s("inspection"),
             facts=tuple((name, value) for name, value, _ in plan_rows(summary)),
+            skin=Skin(inspection.site, inspection.coverage, mission.inspection.roof),
         ),
     }
     names = {kind: str(path) for kind, path in files.items()}
@@ -81,6 +86,7 @@ def write_flight(flight: Flight, folder: Path, summary: dict[str, Any]) -> dict[
         trajectory=inspection.trajectory,
         profiles=_flight_profiles(flight),
         facts=tuple((name, value) for name, value, _ in flight_rows(summary, inspection.mission)),
+        skin=Skin(inspection.site, flight.coverage, inspection.mission.inspection.roof),
         flown=FlownPath(t_s, log.truth_position_enu_m, "truth"),
         inspection_s=_inspection_s(flight),
     )

@@ -19,7 +19,9 @@ from mavspiral.flight.realtime import drive, open_transport
 from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
 from mavspiral.mission import Mission
+from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection, plan
+from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.solids import Solids
 
 __all__ = ["LiveFlight", "fly"]
@@ -38,6 +40,7 @@ class LiveFlight:
     stream: StreamFigures
     tracking_m: FloatArray
     clearance_m: FloatArray
+    coverage: Coverage | None
 
     def summary(self) -> dict[str, Any]:
         """The figures of `fly --json`, named as `simulate` names them; `source` says whose word they are."""
@@ -57,7 +60,9 @@ class LiveFlight:
                 "max_m": _rounded(float(self.tracking_m.max()) if len(self.tracking_m) else math.nan),
             },
             "clearance_min_m": _rounded(float(self.clearance_m.min()) if len(self.clearance_m) else math.nan),
-            "coverage": {"walls": None, "roof": None},
+            "coverage": {
+                kind: self.coverage.summary()[kind] if self.coverage else None for kind in ("walls", "roof")
+            },
             "setpoints": {
                 "sent": self.stream.sent_n,
                 "rate_hz": round(self.stream.rate_hz, 2),
@@ -130,6 +135,7 @@ def fly(
         session.figures,
         tracking_m,
         clearance_m,
+        _coverage(inspection, session.trajectory, log),
     )
 
 
@@ -144,6 +150,20 @@ def _measured(inspection: Inspection, log: FlightLog | None) -> tuple[FloatArray
     return away_m[log.on_leg("inspection") & np.isfinite(away_m)], solids.distance_m(
         log.estimate_position_enu_m[known]
     )
+
+
+def _coverage(inspection: Inspection, route: Trajectory | None, log: FlightLog | None) -> Coverage | None:
+    """What the planned shots show from where the vehicle believed to be; None for a flight that never began."""
+    if route is None or log is None:
+        return None
+    known = np.isfinite(log.estimate_position_enu_m).all(axis=1) & np.isfinite(log.estimate_yaw_enu_rad)
+    shots = inspection.flown_shots(
+        route,
+        log.path_t_s[known],
+        log.estimate_position_enu_m[known],
+        np.unwrap(log.estimate_yaw_enu_rad[known]),
+    )
+    return inspection.coverage_from(shots)
 
 
 def _rounded(value: float) -> float | None:

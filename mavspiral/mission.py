@@ -166,10 +166,6 @@ class Mission(_Table):
             raise ValueError(
                 f"[inspection] bottom_m = {bottom_m:g} is above top_m = {top_m:g}. Fix: swap them"
             )
-        if self.accept.coverage is not None:
-            raise ValueError(
-                f"[accept] coverage = {self.accept.coverage:g}: coverage is not worked out yet. Fix: leave the key out"
-            )
         return self
 
     @property

@@ -1,6 +1,6 @@
 """From a mission to a plan: the whole recipe is `plan`.
 
-map ─► outlines ─► spiral ─► time law ─► trajectory ─► certificate
+map ─► outlines ─► spiral ─► time law ─► trajectory ─► certificate ─► shots ─► coverage
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from mavspiral.brief import (
     band_m,
     budget_of,
     camera_of,
+    demand_of,
     home_enu_m,
     limits_of,
     map_request,
@@ -34,7 +35,11 @@ from mavspiral.shape.heightmap import Site
 from mavspiral.shape.readers import SiteMap, read_site
 from mavspiral.survey.certificate import Certificate, ceiling_figure, clearance_figures, motion_figures
 from mavspiral.survey.clearance import Clearance, measure_clearance
+from mavspiral.survey.coverage import Coverage, measure_coverage
+from mavspiral.survey.patches import patches_of
+from mavspiral.survey.shots import Shots, flown_shots, shots_of
 from mavspiral.survey.solids import Solids
+from mavspiral.survey.unseen import unseen_lines
 from mavspiral.transit import MARGIN_M, judge_home, safe_way, transit_legs
 
 __all__ = ["TAKEOFF_M", "Inspection", "plan"]
@@ -65,6 +70,8 @@ class Inspection:
     clearance: Clearance
     clearance_required_m: float
     certificate: Certificate
+    shots: Shots
+    coverage: Coverage
     warnings: tuple[str, ...]
     planning_ms: dict[str, float]
 
@@ -76,6 +83,23 @@ class Inspection:
             LimitError: no way from there to the spiral and back keeps the clearance.
         """
         return _route(self.mission, self.site, self.leg, home_enu_m, self.clearance_required_m)
+
+    def flown_shots(
+        self, route: Trajectory, path_t_s: FloatArray, position_enu_m: FloatArray, yaw_enu_rad: FloatArray
+    ) -> Shots:
+        """The planned shots from where a vehicle was when it came to them.
+
+        `route` is what was flown. Its rows are poses at path times on it, NaN off it. Its way to the spiral begins
+        where the vehicle stood, so that the spiral has other path times than planned.
+        """
+        later_s = route.span_s("inspection")[0] - self.trajectory.span_s("inspection")[0]
+        return flown_shots(self.shots, path_t_s - later_s, position_enu_m, yaw_enu_rad)
+
+    def coverage_from(self, shots: Shots) -> Coverage:
+        """What other shots than the planned ones show of the building."""
+        return measure_coverage(
+            self.coverage.patches, shots, self.site, camera_of(self.mission), self.coverage.demand
+        )
 
     def way_home(self, start_enu_m: FloatArray, end_enu_m: FloatArray, yaw_enu_rad: float) -> Trajectory:
         """The way from anywhere to anywhere that keeps the clearance, or what of it there is at the start.
@@ -115,9 +139,9 @@ class Inspection:
             "yaw_rate_max_dps": round(math.degrees(figures["yaw rate"].worst), 4),
             "clearance_min_m": round(figures["clearance"].worst, 3),
             "clearance_required_m": round(self.clearance_required_m, 3),
-            "photos": None,
+            "photos": len(self.shots),
             "sorties": None,
-            "coverage": {"walls": None, "roof": None, "gsd_p95_mm": None, "incidence_p95_deg": None},
+            "coverage": self.coverage.summary(),
             "planning_ms": {stage: round(ms, 2) for stage, ms in self.planning_ms.items()},
             "failsafe": None,
             "warnings": list(self.warnings),
@@ -141,6 +165,7 @@ def plan(mission: Mission) -> Inspection:
     home = home_enu_m(mission, site, required_m)
     bottom_m, top_m = band_m(mission, site, camera)
     pace = pace_of(mission, camera, limits)
+    corner_radius_m = pace.speed_mps**2 / pace.acceleration_mps2
     spiral = plan_spiral(
         site,
         standoff_m=mission.inspection.standoff_m,
@@ -148,7 +173,7 @@ def plan(mission: Mission) -> Inspection:
         bottom_m=bottom_m,
         top_m=top_m,
         clearance_m=mission.limits.clearance_m,
-        corner_radius_m=pace.speed_mps**2 / pace.acceleration_mps2,
+        corner_radius_m=corner_radius_m,
         start_enu_m=home[:2],
     )
     watch.lap("curve")
@@ -171,6 +196,23 @@ def plan(mission: Mission) -> Inspection:
     watch.lap("certificate")
     if not certificate.ok:
         raise LimitError(f"{mission.name}: the plan fails its limits: {'; '.join(certificate.failures)}")
+
+    shots = shots_of(
+        trajectory,
+        camera,
+        standoff_m=mission.inspection.standoff_m,
+        side_overlap=mission.inspection.side_overlap,
+    )
+    coverage = measure_coverage(patches_of(site), shots, site, camera, demand_of(mission))
+    unseen = unseen_lines(
+        coverage,
+        shots,
+        site,
+        camera,
+        narrow_m=2 * (mission.inspection.standoff_m + corner_radius_m),
+        roofs=mission.inspection.roof,
+    )
+    watch.lap("coverage")
     return Inspection(
         mission,
         site,
@@ -181,7 +223,9 @@ def plan(mission: Mission) -> Inspection:
         clearance,
         required_m,
         certificate,
-        _warnings(mission, site_map, spiral),
+        shots,
+        coverage,
+        (*_warnings(mission, site_map, spiral), *unseen),
         watch.laps_ms,
     )
 

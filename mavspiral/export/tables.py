@@ -6,14 +6,16 @@ import numpy as np
 
 from mavspiral.frames import LocalFrame, wrap_rad, yaw_enu_to_ned
 from mavspiral.motion.trajectory import Trajectory
+from mavspiral.survey.shots import Shots
 
-__all__ = ["trajectory_csv"]
+__all__ = ["photos_csv", "trajectory_csv"]
 
 COLUMNS = (
     "t_s,lat_deg,lon_deg,alt_amsl_m,east_m,north_m,up_m,velocity_east_mps,velocity_north_mps,velocity_up_mps,"
     "acceleration_east_mps2,acceleration_north_mps2,acceleration_up_mps2,yaw_ned_deg,yaw_rate_ned_dps,"
     "gimbal_pitch_deg,leg"
 )
+PHOTO_COLUMNS = "seq,t_s,lat,lon,alt_amsl_m,yaw_ned_deg,pitch_deg"
 GRID_S = 0.1
 
 
@@ -37,4 +39,18 @@ def trajectory_csv(trajectory: Trajectory, frame: LocalFrame) -> str:
             + ",".join(f"{value + 0.0:.4f}" for value in (*motion, *turning))
             + f",{leg}"
         )
+    return "\n".join(rows) + "\n"
+
+
+def photos_csv(shots: Shots, frame: LocalFrame) -> str:
+    """One row for each shot: its number from 0, path time, place, heading and pitch of the camera, up is positive."""
+    lat, lon, alt = frame.to_geodetic(shots.position_enu_m)
+    yaw_ned_deg = np.degrees(wrap_rad(yaw_enu_to_ned(shots.yaw_enu_rad)))
+    pitch_deg = np.degrees(shots.pitch_rad)
+    rows = [PHOTO_COLUMNS]
+    rows += [
+        f"{seq},{shots.t_s[seq]:.3f},{lat[seq]:.8f},{lon[seq]:.8f},{alt[seq]:.3f},"
+        f"{yaw_ned_deg[seq] + 0.0:.2f},{pitch_deg[seq] + 0.0:.2f}"
+        for seq in range(len(shots))
+    ]
     return "\n".join(rows) + "\n"

@@ -14,6 +14,7 @@ from mavspiral.files import write_with
 from mavspiral.motion.trajectory import Trajectory, TrajectoryState
 from mavspiral.shape.heightmap import Site
 from mavspiral.show.scene import Scene
+from mavspiral.show.skin import UNSEEN_RGB, Skin, gsd_rgb
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,6 +59,7 @@ def write_figure(
     profiles: tuple[Profile, ...],
     inspection_s: tuple[float, float],
     facts: tuple[tuple[str, str], ...],
+    skin: Skin,
     flown: FlownPath | None = None,
 ) -> Path:
     """`path`, a PNG: the building with its paths in space and from above, the facts, and the profiles."""
@@ -74,11 +76,13 @@ def write_figure(
         begin_s, end_s = trajectory.span_s("inspection")
         on_spiral = (states.t_s >= begin_s) & (states.t_s <= end_s)
         _head(figure, title, flown)
-        _in_space(figure.add_axes((0.01, 0.02, 0.40, 0.88)), site, states, on_spiral, flown)
+        _in_space(figure.add_axes((0.01, 0.07, 0.40, 0.83)), site, states, on_spiral, skin, flown)
+        _gsd_key(figure, skin)
         _from_above(figure.add_axes((0.435, 0.53, 0.19, 0.36)), site, states, on_spiral, flown)
+        step = min(0.034, 0.42 / len(facts))
         for row, (name, value) in enumerate(facts):
-            figure.text(0.43, 0.43 - 0.034 * row, name, color="#5b6b7a", fontsize=8.5)
-            figure.text(0.635, 0.43 - 0.034 * row, value, ha="right", fontsize=8.5)
+            figure.text(0.43, 0.45 - step * row, name, color="#5b6b7a", fontsize=8.5)
+            figure.text(0.635, 0.45 - step * row, value, ha="right", fontsize=8.5)
         height = 0.86 / len(profiles)
         for row, profile in enumerate(profiles):
             bottom = 0.07 + height * (len(profiles) - 1 - row)
@@ -98,13 +102,29 @@ def _head(figure: Figure, title: str, flown: FlownPath | None) -> None:
         x += 0.0073 * len(text) + 0.01
 
 
+def _gsd_key(figure: Figure, skin: Skin) -> None:
+    axes = figure.add_axes((0.165, 0.035, 0.12, 0.014))
+    coarsest_mm = 1e3 * skin.coverage.demand.gsd_max_m
+    axes.imshow(gsd_rgb(np.linspace(0.0, 1.0, 256))[None], extent=(0.0, coarsest_mm, 0.0, 1.0), aspect="auto")
+    axes.set_yticks([])
+    axes.tick_params(labelsize=6, length=2)
+    axes.spines[:].set_visible(False)
+    figure.text(0.155, 0.037, "finest pixel on the wall, mm", ha="right", fontsize=7.5)
+    figure.text(0.315, 0.037, "unseen", color=tuple(UNSEEN_RGB), fontsize=7.5, fontweight="bold")
+
+
 def _in_space(
-    axes: Axes, site: Site, states: TrajectoryState, on_spiral: NDArray[np.bool_], flown: FlownPath | None
+    axes: Axes,
+    site: Site,
+    states: TrajectoryState,
+    on_spiral: NDArray[np.bool_],
+    skin: Skin,
+    flown: FlownPath | None,
 ) -> None:
     from matplotlib.colors import to_rgba
 
     scene = Scene(site)
-    scene.draw_site(axes)
+    skin.draw(axes, scene)
     strength = 0.5 if flown else 1.0
     rgba = np.where(on_spiral[:, None], to_rgba(PLANNED, strength), to_rgba(TRANSIT, 0.8))
     scene.draw_path(axes, states.position_enu_m, rgba, 2.6 if flown else 1.5)
@@ -124,7 +144,12 @@ def _from_above(
     west, south, east, north = heights.bounds_enu_m
     shown = np.where(heights.height_agl_m > 0, heights.height_agl_m, np.nan)
     axes.imshow(
-        shown, extent=(west, east, south, north), origin="lower", cmap="Greys", vmin=-heights.top_m / 2
+        shown,
+        extent=(west, east, south, north),
+        origin="lower",
+        cmap="Greys",
+        vmin=-heights.top_m / 2,
+        vmax=1.5 * heights.top_m,
     )
     xy = states.position_enu_m[:, :2]
     axes.plot(*xy.T, color=TRANSIT, lw=0.8)

@@ -21,6 +21,11 @@ def plan_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("jerk, at most", f"{s['jerk_max_mps3']:.2f} m/s³", ""),
         ("yaw rate, at most", f"{s['yaw_rate_max_dps']:.1f} °/s", ""),
         ("clearance, at least", f"{s['clearance_min_m']:.2f} m", f"≥ {s['clearance_required_m']:.2f} m"),
+        ("photos", f"{s['photos']}", ""),
+        ("walls seen", _share(s["coverage"]["walls"]), ""),
+        *_roof(s),
+        ("pixel on the wall, 95 %", _with_unit(s["coverage"]["gsd_p95_mm"], "mm"), ""),
+        ("incidence, 95 %", _with_unit(s["coverage"]["incidence_p95_deg"], "°"), ""),
         ("planning", f"{s['planning_ms']['total']:.0f} ms", ""),
     ]
 
@@ -40,6 +45,12 @@ def flight_rows(s: dict[str, Any], mission: Mission) -> list[tuple[str, str, str
         ("tracking, worst", _metres(s["tracking"]["max_m"]), asked(accept.tracking_max_m, "≤", "m")),
         ("estimator, RMS", _metres(s["estimator"]["rms_m"]), ""),
         ("clearance, least", _metres(s["clearance_min_m"]), asked(accept.clearance_min_m, "≥", "m")),
+        (
+            "walls seen",
+            _share(s["coverage"]["walls"]),
+            "" if accept.coverage is None else f"≥ {_share(accept.coverage)}",
+        ),
+        *_roof(s),
         ("battery used", f"{s['battery_used_pct']:.0f} %", ""),
         ("setpoints", f"{s['setpoints']['sent']} at {s['setpoints']['rate_hz']:.1f} Hz", ""),
     ]
@@ -52,9 +63,24 @@ def live_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("tracking, 95 %", _metres(s["tracking"]["p95_m"]), ""),
         ("tracking, worst", _metres(s["tracking"]["max_m"]), ""),
         ("clearance, least", _metres(s["clearance_min_m"]), ""),
+        ("walls seen", _share(s["coverage"]["walls"]), ""),
         ("setpoints", f"{s['setpoints']['sent']} at {s['setpoints']['rate_hz']:.1f} Hz", ""),
         ("worst gap", f"{s['setpoints']['worst_gap_s']:.3f} s", ""),
     ]
+
+
+def _roof(s: dict[str, Any]) -> list[tuple[str, str, str]]:
+    """The roofs' row, unless none of them is seen."""
+    seen = s["coverage"]["roof"]
+    return [("roofs seen", _share(seen), "")] if seen else []
+
+
+def _share(value: float | None) -> str:
+    return "not measured" if value is None else f"{100 * value:.1f} %"
+
+
+def _with_unit(value: float | None, unit: str) -> str:
+    return "not measured" if value is None else f"{value:.1f} {unit}"
 
 
 def _metres(value: float | None) -> str:

@@ -21,7 +21,11 @@ RUNS = 5
 def shell_s(*command: str, **environment: str) -> float:
     begin = time.perf_counter()
     subprocess.run(
-        [sys.executable, *command], cwd=ROOT, check=True, capture_output=True, env={**os.environ, **environment}
+        [sys.executable, *command],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        env={**os.environ, **environment},
     )
     return time.perf_counter() - begin
 

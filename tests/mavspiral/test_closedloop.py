@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -58,6 +59,48 @@ def test_tracking_is_truth_against_the_reference_at_the_same_time(kiosk):
 def test_clearance_is_of_the_whole_flight_and_kept(kiosk):
     assert kiosk.clearance_min_m >= 3.0
     assert kiosk.clearance_min_m <= kiosk.inspection.certificate["clearance"].worst + 0.3
+
+
+def test_what_is_seen_is_ray_cast_from_the_poses_that_were_flown(planned, kiosk):
+    inspection = planned("kiosk")
+    assert len(inspection.shots) == inspection.summary()["photos"] > 30
+    assert kiosk.coverage.patches is inspection.coverage.patches
+    assert kiosk.coverage.walls == pytest.approx(inspection.coverage.walls, abs=0.02)
+    # Another place, hence other pixels, but not by much.
+    seen = kiosk.coverage.seen & inspection.coverage.seen
+    off = np.abs(kiosk.coverage.best_gsd_m[seen] / inspection.coverage.best_gsd_m[seen] - 1)
+    assert 0.0 < off.max() < 0.15
+    assert kiosk.summary()["coverage"]["walls"] == round(kiosk.coverage.walls, 4)
+
+
+def test_shots_are_those_of_the_spiral_from_whatever_home(planned):
+    """Another home, another approach, other path times: the same shots."""
+    inspection = planned("kiosk")
+    route = inspection.route_from(inspection.home_enu_m + np.array([-150.0, -40.0, 0.0]))
+    t_s = np.arange(0.0, route.duration_s, 0.02)
+    there = route(t_s)
+    shots = inspection.flown_shots(route, t_s, there.position_enu_m, there.yaw_enu_rad)
+    assert np.array_equal(shots.t_s, inspection.shots.t_s)
+    assert np.allclose(shots.position_enu_m, inspection.shots.position_enu_m, atol=2e-3)
+    assert np.allclose(np.exp(1j * shots.yaw_enu_rad), np.exp(1j * inspection.shots.yaw_enu_rad), atol=1e-3)
+
+
+def test_a_flight_that_was_cut_short_did_not_see_what_comes_later(planned, kiosk):
+    """The same log without its second half sees less, and [accept] says so."""
+    inspection, log = planned("kiosk"), kiosk.log
+    half = len(log.t_us) // 2
+    # The flight's own route differs from the plan's by millimetres of approach only.
+    shots = inspection.flown_shots(
+        inspection.trajectory,
+        np.where(np.arange(len(log.t_us)) < half, log.path_t_s, np.nan),
+        log.truth_position_enu_m,
+        log.truth_yaw_enu_rad,
+    )
+    seen = inspection.coverage_from(shots)
+    assert len(shots) < len(kiosk.shots) == len(inspection.shots)
+    assert 0.1 < seen.walls < 0.9
+    assert any("[accept] coverage" in line for line in replace(kiosk, coverage=seen).failures)
+    assert not any("coverage" in line for line in kiosk.failures)
 
 
 def test_a_broken_motor_fails_and_says_so(planned):

@@ -39,7 +39,7 @@ BAD = [
         ['autopilot = "dji"', "'px4' or 'ardupilot'"],
     ),
     ("[inspection]", "[vehicle]\nhome = [-99.1, 19.4]\n[inspection]", ["home", "-99.1", "at least -90"]),
-    ("[inspection]", "[accept]\ncoverage = 0.9\n[inspection]", ["[accept] coverage", "not worked out yet"]),
+    ("[inspection]", "[accept]\ncoverage = 98\n[inspection]", ["[accept] coverage = 98", "at most 1"]),
     ("[inspection]", "[[keepout]]\nheight_m = [0, 8]\n[inspection]", ["keepout", "circle", "polygon"]),
     ("[inspection]", "[[keepout]]\ncircle = [1, 2, 3]\nheight_m = [9, 8]\n[inspection]", ["must rise"]),
     ("schema = 1", "schema = ", ["not TOML", "line 2"]),

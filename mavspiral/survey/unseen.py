@@ -1,0 +1,128 @@
+"""Where a survey leaves gaps, and why, in words: a few lines that a pilot can act upon."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavspiral.arrays import FloatArray
+from mavspiral.shape.heightmap import Site
+from mavspiral.survey import sight
+from mavspiral.survey.camera import Camera
+from mavspiral.survey.coverage import Coverage, unseen_because
+from mavspiral.survey.patches import Patches
+from mavspiral.survey.shots import Shots
+
+__all__ = ["unseen_lines"]
+
+LINES_MAX = 6
+SMALL_SHARE = 0.001
+"""What is less of the walls than this is summed up in one line."""
+
+NARROW, TOO_FEW = 100, 101
+WORDS = {
+    sight.OUT_OF_REACH: "too far: no shot comes within {reach:.0f} m",
+    sight.BEHIND: "turned away from every shot near enough",
+    sight.ABOVE: "above the pictures (the highest shot is {highest:.1f} m up)",
+    sight.BELOW: "below the pictures (the lowest shot is {lowest:.1f} m up)",
+    sight.ASIDE: "beside the pictures",
+    sight.OBLIQUE: "seen only at more than {incidence:.0f}° from square",
+    sight.COARSE: "too far: a pixel is more than {gsd:.1f} mm",
+    sight.OCCLUDED: "hidden behind something nearer to the camera",
+    NARROW: "facing something {near:.0f} m away or more; turns at this speed only go in where it is {narrow:.0f} m",
+    TOO_FEW: "seen by fewer than {views} shots",
+}
+POINTS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
+
+
+def unseen_lines(
+    coverage: Coverage, shots: Shots, site: Site, camera: Camera, *, narrow_m: float, roofs: bool
+) -> tuple[str, ...]:
+    """One line for each cause of unseen walls, the largest first: how much, why, which sides, between which heights.
+
+    Args:
+        coverage: what the shots show.
+        shots: the shots.
+        site: what stands there.
+        camera: the camera.
+        narrow_m: the turns do not go in between walls that are nearer to each other than this.
+        roofs: whether unseen roofs are to be told of, too.
+    """
+    patches = coverage.patches
+    wanted = np.ones(len(patches), dtype=np.bool_) if roofs else patches.is_wall
+    if bool((coverage.seen | ~wanted).all()):
+        return ()
+    index, because, gaps_m = unseen_because(coverage, shots, site, camera, narrow_m)
+    because = np.where(coverage.views[index] > 0, TOO_FEW, because)
+    because = np.where((gaps_m < narrow_m) & (because != TOO_FEW), NARROW, because)
+    facts = {
+        "reach": coverage.demand.gsd_max_m / camera.gsd_m(1.0),
+        "lowest": float(shots.position_enu_m[:, 2].min(initial=math.inf)),
+        "highest": float(shots.position_enu_m[:, 2].max(initial=-math.inf)),
+        "incidence": math.degrees(coverage.demand.incidence_max_rad),
+        "gsd": 1e3 * coverage.demand.gsd_max_m,
+        "narrow": narrow_m,
+        "near": float(gaps_m[because == NARROW].min(initial=narrow_m)),
+        "views": coverage.demand.views_min,
+    }
+    lines: list[str] = []
+    for what, of in (("wall", patches.is_wall), ("roof", ~patches.is_wall & wanted)):
+        whole_m2 = float(patches.area_m2[of].sum())
+        told: list[tuple[float, str]] = []
+        rest_m2 = 0.0
+        for reason in np.unique(because[of[index]]):
+            here = index[of[index] & (because == reason)]
+            area_m2 = float(patches.area_m2[here].sum())
+            if area_m2 < SMALL_SHARE * whole_m2:
+                rest_m2 += area_m2
+                continue
+            sides = _sides(patches, here) if what == "wall" else ""
+            low, high = _heights_m(patches.centre_enu_m[here, 2], patches.height_m[here])
+            told.append(
+                (
+                    area_m2,
+                    f"unseen {what}: {_area(area_m2)} ({_share(area_m2 / whole_m2)}) {WORDS[int(reason)].format(**facts)}; "
+                    f"{sides}{low:.1f} to {high:.1f} m up",
+                )
+            )
+        told.sort(reverse=True)
+        rest_m2 += sum(area for area, _ in told[LINES_MAX:])
+        lines += [line for _, line in told[:LINES_MAX]]
+        if rest_m2 >= 0.1:
+            lines.append(
+                f"unseen {what}: {_area(rest_m2)} ({_share(rest_m2 / whole_m2)}) in scattered places"
+            )
+    return tuple(lines)
+
+
+def _sides(patches: Patches, index: NDArray[np.int64]) -> str:
+    """The compass sides that these patches face, most of them first; few of a side are not told."""
+    sides = _facing(patches, index)
+    if len(sides) > 2 and set(sides) >= set(_facing(patches, np.flatnonzero(patches.is_wall))):
+        return "all sides, "
+    return f"{_listed([POINTS[k] for k in sides])} side{'s' * (len(sides) > 1)}, "
+
+
+def _facing(patches: Patches, index: NDArray[np.int64]) -> list[int]:
+    normal = patches.normal_enu[index]
+    sector = np.round(np.arctan2(normal[:, 1], normal[:, 0]) / (np.pi / 4)).astype(np.int64) % 8
+    areas_m2 = np.bincount(sector, weights=patches.area_m2[index], minlength=8)
+    return [int(k) for k in np.argsort(-areas_m2, kind="stable") if areas_m2[k] > 0.05 * areas_m2.sum()]
+
+
+def _listed(words: list[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _heights_m(centre_m: FloatArray, height_m: FloatArray) -> tuple[float, float]:
+    return float((centre_m - 0.5 * height_m).min()), float((centre_m + 0.5 * height_m).max())
+
+
+def _area(area_m2: float) -> str:
+    return f"{area_m2:.0f} m²" if area_m2 >= 10 else f"{area_m2:.1f} m²"
+
+
+def _share(share: float) -> str:
+    return f"{100 * share:.1f} %" if share >= 0.001 else "less than 0.1 %"
