@@ -14,10 +14,11 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mavspiral.closedloop import Flight, simulate
+    from mavspiral.closedloop import simulate
     from mavspiral.errors import InputError, LimitError, LinkError, MavspiralError
+    from mavspiral.flown import Flight, LiveFlight
     from mavspiral.frames import GeoPoint, LocalFrame
-    from mavspiral.live import LiveFlight, fly
+    from mavspiral.live import fly
     from mavspiral.mission import Mission, load_mission
     from mavspiral.motion.trajectory import Trajectory, TrajectoryState
     from mavspiral.planner import Inspection, plan
@@ -49,11 +50,11 @@ __version__ = "0.1.0"
 
 # Each name is imported when it is asked for: `mavspiral --help` needs none of them.
 _ROOMS = {
-    "Flight": "closedloop",
+    "Flight": "flown",
     "GeoPoint": "frames",
     "HeightMap": "shape.heightmap",
     "InputError": "errors",
-    "LiveFlight": "live",
+    "LiveFlight": "flown",
     "Inspection": "planner",
     "LimitError": "errors",
     "LinkError": "errors",

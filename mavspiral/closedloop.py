@@ -9,23 +9,18 @@ from __future__ import annotations
 import io
 import math
 import time
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError, LimitError
-from mavspiral.flight.flight_log import FlightLog, TlogWriter
+from mavspiral.flight.flight_log import TlogWriter
 from mavspiral.flight.outcome import Outcome, SessionConfig
-from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
+from mavspiral.flown import Flight
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
 from mavspiral.mission import Mission
-from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection, plan
-from mavspiral.survey.coverage import Coverage
-from mavspiral.survey.shots import Shots
 from mavspiral.survey.solids import Solids
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
@@ -36,7 +31,7 @@ from sitl.signals import GeoPoint as VehiclePoint
 from sitl.simulator import Simulator, SimulatorConfig
 from sitl.vehicle import VehicleConfig
 
-__all__ = ["Flight", "simulate"]
+__all__ = ["simulate"]
 
 TLOG_EPOCH_US = 1_577_836_800_000_000
 """Simulated flights are logged as if they began on 2020-01-01, so that equal flights give equal files."""
@@ -50,96 +45,6 @@ WITNESS_US = 20_000
 
 PATIENCE = 3.0
 """A flight may take this many times its planned duration."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Flight:
-    """A simulated flight and what was measured on it, by truth; `trajectory` is the one from where it stood."""
-
-    inspection: Inspection
-    trajectory: Trajectory
-    outcome: Outcome
-    log: FlightLog
-    tlog: bytes
-    seed: int
-    sim_s: float
-    wall_s: float
-    stream: StreamFigures
-    tracking_m: FloatArray
-    clearance_t_s: FloatArray
-    clearance_m: FloatArray
-    shots: Shots
-    coverage: Coverage
-    estimate_error_m: FloatArray
-    nees: FloatArray
-    battery_used: float
-
-    @property
-    def tracking_p95_m(self) -> float:
-        """95 % of the inspection was flown nearer to the reference than this; NaN if none of it was flown."""
-        return _quantile(self.tracking_m, 0.95)
-
-    @property
-    def clearance_min_m(self) -> float:
-        """The nearest that the vehicle came to anything solid, take-off to landing."""
-        return float(self.clearance_m.min())
-
-    @property
-    def failures(self) -> tuple[str, ...]:
-        """What does not hold, in words: the flight itself, then each key of [accept]."""
-        accept = self.inspection.mission.accept
-        found = [] if self.outcome.ok else [f"the flight: {self.outcome.reason}"]
-        if self.clearance_min_m <= self.inspection.mission.vehicle.radius_m:
-            found.append(f"collision: {self.clearance_min_m:.2f} m from something solid")
-        for name, measured, allowed, at_least in (
-            ("tracking_p95_m", self.tracking_p95_m, accept.tracking_p95_m, False),
-            ("tracking_max_m", _quantile(self.tracking_m, 1.0), accept.tracking_max_m, False),
-            ("clearance_min_m", self.clearance_min_m, accept.clearance_min_m, True),
-            ("coverage", self.coverage.walls, accept.coverage, True),
-            ("duration_max_s", self.sim_s, accept.duration_max_s, False),
-        ):
-            if allowed is None:
-                continue
-            # Written so that a NaN, nothing measured, fails.
-            if not (measured >= allowed if at_least else measured <= allowed):
-                bound = "at least" if at_least else "at most"
-                found.append(f"[accept] {name}: {measured:.3f}, wanted {bound} {allowed:g}")
-        return tuple(found)
-
-    @property
-    def passed(self) -> bool:
-        """Whether the flight went as planned and everything in [accept] holds."""
-        return not self.failures
-
-    def summary(self) -> dict[str, Any]:
-        """The figures of `simulate --json`; what is not worked out is None."""
-        return {
-            "name": self.inspection.mission.name,
-            "seed": self.seed,
-            "autopilot": self.inspection.mission.vehicle.autopilot,
-            "via": "stream",
-            "sim_s": round(self.sim_s, 2),
-            "wall_s": round(self.wall_s, 3),
-            "rtf": round((self.sim_s - START_UP_US / 1e6) / self.wall_s, 1),
-            "tracking": {
-                "rms_m": _rounded(_rms(self.tracking_m)),
-                "p95_m": _rounded(self.tracking_p95_m),
-                "max_m": _rounded(_quantile(self.tracking_m, 1.0)),
-            },
-            "estimator": {
-                "rms_m": _rounded(_rms(self.estimate_error_m)),
-                "nees_mean": _rounded(_mean(self.nees)),
-            },
-            "clearance_min_m": _rounded(self.clearance_min_m),
-            "coverage": {kind: self.coverage.summary()[kind] for kind in ("walls", "roof")},
-            "battery_used_pct": round(100.0 * self.battery_used, 1),
-            "setpoints": {"sent": self.stream.sent_n, "rate_hz": round(self.stream.rate_hz, 2)},
-            "events": [
-                {"t_s": e.t_us / 1e6, "severity": e.severity, "text": e.text} for e in self.log.events
-            ],
-            "passed": self.passed,
-            "failures": list(self.failures),
-        }
 
 
 def simulate(
@@ -283,6 +188,7 @@ def _measured(
         seed=seed,
         sim_s=sim_s,
         wall_s=wall_s,
+        rtf=(sim_s - START_UP_US / 1e6) / wall_s,
         stream=session.figures,
         tracking_m=tracking_m,
         clearance_t_s=seen["time_us"] / 1e6,
@@ -302,20 +208,3 @@ def _believed_map(inspection: Inspection, simulator: Simulator) -> RigidMap:
     return inspection.site.heights.frame.to_vehicle(
         GeoPoint(origin.lat_deg, origin.lon_deg, origin.alt_amsl_m)
     )
-
-
-def _rms(values: FloatArray) -> float:
-    return math.sqrt(float((values**2).mean())) if len(values) else math.nan
-
-
-def _mean(values: FloatArray) -> float:
-    return float(values.mean()) if len(values) else math.nan
-
-
-def _quantile(values: FloatArray, share: float) -> float:
-    return float(np.quantile(values, share)) if len(values) else math.nan
-
-
-def _rounded(value: float) -> float | None:
-    """Millimetres; None for what was not measured, because JSON has no NaN."""
-    return round(value, 3) if math.isfinite(value) else None

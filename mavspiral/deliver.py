@@ -20,8 +20,7 @@ from mavspiral.show.rows import flight_rows, plan_rows
 from mavspiral.show.skin import Skin
 
 if TYPE_CHECKING:
-    from mavspiral.closedloop import Flight
-    from mavspiral.live import LiveFlight
+    from mavspiral.flown import Flight, LiveFlight
 
 __all__ = ["write_flight", "write_live", "write_plan"]
 

@@ -3,77 +3,25 @@
 from __future__ import annotations
 
 import io
-import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
-from mavspiral.flight.outcome import Outcome, SessionConfig, Step
+from mavspiral.flight.outcome import SessionConfig, Step
 from mavspiral.flight.realtime import drive, open_transport
-from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
+from mavspiral.flown import LiveFlight
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection, plan
 from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.solids import Solids
 
-__all__ = ["LiveFlight", "fly"]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LiveFlight:
-    """A flight on a vehicle whose truth nobody knows: what was measured is against its own estimate."""
-
-    inspection: Inspection
-    outcome: Outcome
-    events: tuple[Event, ...]
-    log: FlightLog | None
-    tlog: bytes
-    duration_s: float
-    stream: StreamFigures
-    tracking_m: FloatArray
-    clearance_m: FloatArray
-    coverage: Coverage | None
-
-    def summary(self) -> dict[str, Any]:
-        """The figures of `fly --json`, named as `simulate` names them; `source` says whose word they are."""
-        return {
-            "name": self.inspection.mission.name,
-            "autopilot": self.inspection.mission.vehicle.autopilot,
-            "via": "stream",
-            "source": "estimate",
-            "duration_s": round(self.duration_s, 2),
-            "tracking": {
-                "rms_m": _rounded(
-                    math.sqrt(float((self.tracking_m**2).mean())) if len(self.tracking_m) else math.nan
-                ),
-                "p95_m": _rounded(
-                    float(np.quantile(self.tracking_m, 0.95)) if len(self.tracking_m) else math.nan
-                ),
-                "max_m": _rounded(float(self.tracking_m.max()) if len(self.tracking_m) else math.nan),
-            },
-            "clearance_min_m": _rounded(float(self.clearance_m.min()) if len(self.clearance_m) else math.nan),
-            "coverage": {
-                kind: self.coverage.summary()[kind] if self.coverage else None for kind in ("walls", "roof")
-            },
-            "setpoints": {
-                "sent": self.stream.sent_n,
-                "rate_hz": round(self.stream.rate_hz, 2),
-                "worst_gap_s": round(self.stream.worst_gap_s, 3),
-            },
-            "events": [
-                {"t_s": round(e.t_us / 1e6, 3), "severity": e.severity, "text": e.text} for e in self.events
-            ],
-            "passed": self.outcome.ok,
-            "failures": [] if self.outcome.ok else [self.outcome.reason],
-        }
+__all__ = ["fly"]
 
 
 def fly(
@@ -164,7 +112,3 @@ def _coverage(inspection: Inspection, route: Trajectory | None, log: FlightLog |
         np.unwrap(log.estimate_yaw_enu_rad[known]),
     )
     return inspection.coverage_from(shots)
-
-
-def _rounded(value: float) -> float | None:
-    return round(value, 3) if math.isfinite(value) else None

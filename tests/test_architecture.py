@@ -14,6 +14,7 @@ MAVSPIRAL = """
 cli
 deliver
 closedloop live
+flown
 show planner
 transit
 brief

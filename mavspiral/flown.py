@@ -1,0 +1,173 @@
+"""What was flown, and what was measured on it: in simulation by truth, on a real vehicle by its own estimate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mavspiral.arrays import FloatArray
+from mavspiral.flight.flight_log import Event, FlightLog
+from mavspiral.flight.outcome import Outcome
+from mavspiral.flight.schedule import StreamFigures
+from mavspiral.motion.trajectory import Trajectory
+from mavspiral.planner import Inspection
+from mavspiral.survey.coverage import Coverage
+from mavspiral.survey.shots import Shots
+
+__all__ = ["Flight", "LiveFlight"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flight:
+    """A simulated flight and what was measured on it, by truth; `trajectory` is the one from where it stood."""
+
+    inspection: Inspection
+    trajectory: Trajectory
+    outcome: Outcome
+    log: FlightLog
+    tlog: bytes
+    seed: int
+    sim_s: float
+    wall_s: float
+    rtf: float
+    stream: StreamFigures
+    tracking_m: FloatArray
+    clearance_t_s: FloatArray
+    clearance_m: FloatArray
+    shots: Shots
+    coverage: Coverage
+    estimate_error_m: FloatArray
+    nees: FloatArray
+    battery_used: float
+
+    @property
+    def tracking_p95_m(self) -> float:
+        """95 % of the inspection was flown nearer to the reference than this; NaN if none of it was flown."""
+        return _quantile(self.tracking_m, 0.95)
+
+    @property
+    def clearance_min_m(self) -> float:
+        """The nearest that the vehicle came to anything solid, take-off to landing."""
+        return float(self.clearance_m.min())
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """What does not hold, in words: the flight itself, then each key of [accept]."""
+        accept = self.inspection.mission.accept
+        found = [] if self.outcome.ok else [f"the flight: {self.outcome.reason}"]
+        if self.clearance_min_m <= self.inspection.mission.vehicle.radius_m:
+            found.append(f"collision: {self.clearance_min_m:.2f} m from something solid")
+        for name, measured, allowed, at_least in (
+            ("tracking_p95_m", self.tracking_p95_m, accept.tracking_p95_m, False),
+            ("tracking_max_m", _quantile(self.tracking_m, 1.0), accept.tracking_max_m, False),
+            ("clearance_min_m", self.clearance_min_m, accept.clearance_min_m, True),
+            ("coverage", self.coverage.walls, accept.coverage, True),
+            ("duration_max_s", self.sim_s, accept.duration_max_s, False),
+        ):
+            if allowed is None:
+                continue
+            # Written so that a NaN, nothing measured, fails.
+            if not (measured >= allowed if at_least else measured <= allowed):
+                bound = "at least" if at_least else "at most"
+                found.append(f"[accept] {name}: {measured:.3f}, wanted {bound} {allowed:g}")
+        return tuple(found)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the flight went as planned and everything in [accept] holds."""
+        return not self.failures
+
+    def summary(self) -> dict[str, Any]:
+        """The figures of `simulate --json`; what is not worked out is None."""
+        return {
+            "name": self.inspection.mission.name,
+            "seed": self.seed,
+            "autopilot": self.inspection.mission.vehicle.autopilot,
+            "via": "stream",
+            "sim_s": round(self.sim_s, 2),
+            "wall_s": round(self.wall_s, 3),
+            "rtf": round(self.rtf, 1),
+            "tracking": _spread(self.tracking_m),
+            "estimator": {
+                "rms_m": _rounded(_rms(self.estimate_error_m)),
+                "nees_mean": _rounded(_mean(self.nees)),
+            },
+            "clearance_min_m": _rounded(self.clearance_min_m),
+            "coverage": {kind: self.coverage.summary()[kind] for kind in ("walls", "roof")},
+            "battery_used_pct": round(100.0 * self.battery_used, 1),
+            "setpoints": {"sent": self.stream.sent_n, "rate_hz": round(self.stream.rate_hz, 2)},
+            "events": [
+                {"t_s": e.t_us / 1e6, "severity": e.severity, "text": e.text} for e in self.log.events
+            ],
+            "passed": self.passed,
+            "failures": list(self.failures),
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LiveFlight:
+    """A flight on a vehicle whose truth nobody knows: what was measured is against its own estimate."""
+
+    inspection: Inspection
+    outcome: Outcome
+    events: tuple[Event, ...]
+    log: FlightLog | None
+    tlog: bytes
+    duration_s: float
+    stream: StreamFigures
+    tracking_m: FloatArray
+    clearance_m: FloatArray
+    coverage: Coverage | None
+
+    def summary(self) -> dict[str, Any]:
+        """The figures of `fly --json`, named as `simulate` names them; `source` says whose word they are."""
+        return {
+            "name": self.inspection.mission.name,
+            "autopilot": self.inspection.mission.vehicle.autopilot,
+            "via": "stream",
+            "source": "estimate",
+            "duration_s": round(self.duration_s, 2),
+            "tracking": _spread(self.tracking_m),
+            "clearance_min_m": _rounded(_quantile(self.clearance_m, 0.0)),
+            "coverage": {
+                kind: self.coverage.summary()[kind] if self.coverage else None for kind in ("walls", "roof")
+            },
+            "setpoints": {
+                "sent": self.stream.sent_n,
+                "rate_hz": round(self.stream.rate_hz, 2),
+                "worst_gap_s": round(self.stream.worst_gap_s, 3),
+            },
+            "events": [
+                {"t_s": round(e.t_us / 1e6, 3), "severity": e.severity, "text": e.text} for e in self.events
+            ],
+            "passed": self.outcome.ok,
+            "failures": [] if self.outcome.ok else [self.outcome.reason],
+        }
+
+
+def _spread(errors_m: FloatArray) -> dict[str, float | None]:
+    return {
+        "rms_m": _rounded(_rms(errors_m)),
+        "p95_m": _rounded(_quantile(errors_m, 0.95)),
+        "max_m": _rounded(_quantile(errors_m, 1.0)),
+    }
+
+
+def _rms(values: FloatArray) -> float:
+    return math.sqrt(float((values**2).mean())) if len(values) else math.nan
+
+
+def _mean(values: FloatArray) -> float:
+    return float(values.mean()) if len(values) else math.nan
+
+
+def _quantile(values: FloatArray, share: float) -> float:
+    return float(np.quantile(values, share)) if len(values) else math.nan
+
+
+def _rounded(value: float) -> float | None:
+    """Three decimals; None for what was not measured, because JSON has no NaN."""
+    return round(value, 3) if math.isfinite(value) else None
