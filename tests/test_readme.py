@@ -17,11 +17,16 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 def test_the_two_command_lines_stand_between_the_markers():
     block = README.split("<!-- ci:begin -->")[1].split("<!-- ci:end -->")[0]
     lines = [line for line in block.splitlines() if line.startswith("pip install")]
-    assert lines == ["pip install . && mavspiral simulate missions/torre.toml", "pip install '.[test]' && pytest"]
+    assert lines == [
+        "pip install . && mavspiral simulate missions/torre.toml",
+        "pip install '.[test]' && pytest",
+    ]
 
 
 def test_every_picture_and_file_is_there():
-    for path in re.findall(r"\]\((?!http)([^)]+)\)", README) + re.findall(r"\b(?:missions|tests)/[\w/.]+\w", README):
+    for path in re.findall(r"\]\((?!http)([^)]+)\)", README) + re.findall(
+        r"\b(?:missions|tests)/[\w/.]+\w", README
+    ):
         assert (ROOT / path).exists(), path
 
 
@@ -30,7 +35,11 @@ def test_every_option_that_it_names_exists(verb):
     row = next(line for line in README.splitlines() if line.startswith(f"| `mavspiral {verb} "))
     wide = {**os.environ, "COLUMNS": "200"}
     text = subprocess.run(
-        [sys.executable, "-m", "mavspiral.cli", verb, "--help"], capture_output=True, text=True, check=True, env=wide
+        [sys.executable, "-m", "mavspiral.cli", verb, "--help"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=wide,
     ).stdout
     for option in re.findall(r"--[a-z-]+", row):
         assert option in text, f"{verb} {option}"
@@ -38,7 +47,9 @@ def test_every_option_that_it_names_exists(verb):
 
 def test_every_option_of_the_vehicle_exists():
     row = next(line for line in README.splitlines() if line.startswith("| `python -m sitl "))
-    text = subprocess.run([sys.executable, "-m", "sitl", "--help"], capture_output=True, text=True, check=True).stdout
+    text = subprocess.run(
+        [sys.executable, "-m", "sitl", "--help"], capture_output=True, text=True, check=True
+    ).stdout
     for option in re.findall(r"--[a-z-]+", row):
         assert option in text, option
 

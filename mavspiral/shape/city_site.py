@@ -92,7 +92,9 @@ def site_from_city(request: MapRequest, city: CityMap) -> SiteMap:
     raise_triangles(request, own_height, own, *south_west)
     judge_top(request.path, float(height.max()))
     heights = HeightMap(np.maximum(height, own_height), request.cell_m, frame, np.array(south_west))
-    return SiteMap(Site(heights, np.isfinite(own_height)), chosen.name, tuple(warnings))
+    # On a party wall the cell is the higher house's, so that a taller neighbour does not raise the building.
+    building = np.isfinite(own_height) & (own_height >= height)
+    return SiteMap(Site(heights, building), chosen.name, tuple(warnings))
 
 
 def _lying(building: CityBuilding, corners: FloatArray) -> tuple[tuple[np.ndarray, ...], ...]:

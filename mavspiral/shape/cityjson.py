@@ -96,7 +96,7 @@ def _crs(path: Path, head: dict[str, Any]) -> str:
     if text is None or found is None:
         raise InputError(
             f"{path}: its metadata.referenceSystem is {str(text)[:80]}. "
-            'Fix: state it, e.g. with cjio IN crs_assign 7415 save OUT'
+            "Fix: state it, e.g. with cjio IN crs_assign 7415 save OUT"
         )
     return f"EPSG:{found[1]}"
 

@@ -71,6 +71,7 @@ def site_from_footprints(request: MapRequest, features: tuple[Feature, ...]) -> 
         is_outline = bool(parts) and not feature.is_part
         own[mask] = np.maximum(own[mask], lowest_part if is_outline else _known_height_m(request, feature))
         building |= mask
+    building &= own >= height  # on a party wall the cell is the higher house's
     site = Site(HeightMap(np.maximum(height, own), request.cell_m, frame, np.array(south_west)), building)
     return SiteMap(site, chosen[0].name, tuple(warnings))
 

@@ -74,7 +74,7 @@ def _read(request: MapRequest, grid: Window | None) -> tuple[FloatArray, Window,
         raise
     except Exception as error:  # what GDAL and rasterio raise on a torn file has no common base
         raise InputError(
-            f"{path}: not a readable GeoTIFF ({str(error)[:160]}). Fix: check it with gdalinfo and export it anew"
+            f"{path}: not a readable GeoTIFF ({str(error.__cause__ or error)[:160]}). Fix: check it with gdalinfo and export it anew"
         ) from None
 
 

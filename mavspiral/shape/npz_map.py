@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import zipfile
 import zlib
+from dataclasses import replace
 from typing import IO
 
 import numpy as np
@@ -22,6 +23,7 @@ from mavspiral.shape.site_map import MapRequest, SiteMap, judge_size
 
 __all__ = ["site_from_npz"]
 
+CELL_MIN_M, CELL_MAX_M = 0.01, 100.0
 KEYS = ("height_agl_m", "cell_m", "origin")
 
 
@@ -40,7 +42,15 @@ def site_from_npz(request: MapRequest) -> SiteMap:
                     f"{path}: has no {missing[0]!r}. "
                     "Fix: a height map holds height_agl_m (rows, cols), cell_m and origin = [lat, lon]"
                 )
-            height, cell, origin = (_array(request, archive, key) for key in KEYS)
+            origin, cell = (_array(request, archive, key) for key in ("origin", "cell_m"))
+            if cell.size == 1 and CELL_MIN_M <= float(cell.flat[0]) <= CELL_MAX_M:
+                cell_m = float(cell.flat[0])
+            else:
+                raise InputError(
+                    f"{path}: cell_m is {cell.ravel()[:4].tolist()}. "
+                    f"Fix: give the cells' side in metres, one number from {CELL_MIN_M} to {CELL_MAX_M:g}"
+                )
+            height = _array(replace(request, cell_m=cell_m), archive, "height_agl_m")
     except (
         OSError,
         ValueError,
@@ -60,11 +70,6 @@ def site_from_npz(request: MapRequest) -> SiteMap:
         row, col = (int(i) for i in np.argwhere(~np.isfinite(height))[0])
         raise InputError(
             f"{path}: height_agl_m[{row}, {col}] is {height[row, col]}. Fix: fill gaps with the ground's 0 or a measured height"
-        )
-    cell_m = float(cell.flat[0]) if cell.size == 1 else math.nan
-    if not 0.01 <= cell_m <= 100:
-        raise InputError(
-            f"{path}: cell_m is {cell_m:g}. Fix: give the cells' side in metres, one number from 0.01 to 100"
         )
     if origin.shape != (2,) or not np.isfinite(origin).all() or np.any(np.abs(origin) > (90.0, 180.0)):
         raise InputError(

@@ -136,8 +136,8 @@ def _judge_header(path: Path) -> None:
                 _, chunks = struct.unpack("<II", stream.read(8))
     room = max(0, size - offset)
     claims = (
-        ("a header", header_size, offset),
-        ("an offset to its points", offset, size),
+        ("header", header_size, offset),
+        ("what comes before its points", offset, size),
         ("variable records", vlrs * 54 + header_size, offset),
         ("extended records", evlrs * 60 + (evlr_start if evlrs else 0), size),
         ("points", count * point_size, room * (LAZ_RATIO_MAX if compressed else 1)),
@@ -146,7 +146,7 @@ def _judge_header(path: Path) -> None:
     for what, claimed, most in claims:
         if claimed > most:
             raise InputError(
-                f"{path}: its header claims {what} of {claimed:,} bytes, it has room for {most:,}. Fix: it is torn; export it anew"
+                f"{path}: its header claims {claimed:,} bytes of {what}, there is room for {most:,}. Fix: it is torn; export it anew"
             )
     if count == 0 or point_size == 0:
         raise InputError(f"{path}: it holds no points. Fix: export the cloud anew")

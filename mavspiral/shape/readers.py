@@ -17,7 +17,10 @@ allocate what it only claims to hold.
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable
+
+import numpy as np
 
 from mavspiral.errors import InputError
 from mavspiral.shape.city_site import site_from_city
@@ -60,7 +63,10 @@ def read_site(request: MapRequest) -> SiteMap:
             key = "map" if path is request.path else "dtm"
             raise InputError(f"{path}: no such map. Fix: [building] {key} is relative to the mission file")
     try:
-        answer = reader(request)
+        # A wild number is refused when it is judged, not when it overflows; and what a file lacks is said once.
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            answer = reader(request)
     except InputError as error:
         raise InputError(_one_line(str(error))) from None
     return SiteMap(answer.site, answer.name, tuple(_one_line(warning) for warning in answer.warnings))

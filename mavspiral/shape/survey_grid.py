@@ -23,6 +23,7 @@ STANDING_MIN_M = 1.5
 """Lower things in a survey are cars, hedges and noise: obstacles, but no building."""
 
 GROUND_NOISE_M = 0.5
+SECTORS, SECTOR_OFF_M = 16, 0.75
 LEVEL_GROUND_M = 1.5
 """Ground that leaves the mission's level by less than this is taken to be level."""
 
@@ -122,23 +123,31 @@ def rim_plane(request: MapRequest, surface_m: FloatArray) -> FloatArray:
 
 
 def plane_through(col: NDArray, row: NDArray, z_m: FloatArray, shape: tuple[int, int]) -> FloatArray:
-    """The plane `(rows, cols)` through the lower of the heights; level where they do not tell a slope."""
-    scale = 1.0 / max(shape)
-    terms = np.column_stack([np.ones(len(z_m)), col * scale, row * scale])
+    """The plane `(rows, cols)` through the lower of the heights at the cells; level where they tell no slope.
+
+    One low place is taken from each of sixteen sectors around the middle. Sectors that stand out upwards (houses,
+    trees) are dropped one by one until the others lie on a plane; all heights near that plane then refine it.
+    """
+    x, y = col - shape[1] / 2.0, row - shape[0] / 2.0
+    terms = np.column_stack([np.ones(len(z_m)), x, y])
     plane = np.array([np.percentile(z_m, 20), 0.0, 0.0])
-    for _ in range(8):
-        off = z_m - terms @ plane
-        low = (off < 0.75) & (off > -1.5)
-        if np.count_nonzero(low) < max(12, len(z_m) // 20):
+    sector = np.floor((np.arctan2(y, x) / (2 * np.pi) + 0.5) * SECTORS).astype(np.int64) % SECTORS
+    low = []
+    for number in range(SECTORS):
+        own = np.flatnonzero(sector == number)
+        if len(own):
+            rank = own[np.argsort(z_m[own], kind="stable")]
+            low.append(rank[len(rank) // 5])
+    while len(low) >= 6:
+        places = np.array(low)
+        fit = np.linalg.lstsq(terms[places], z_m[places], rcond=None)[0]
+        off = z_m[places] - terms[places] @ fit
+        if np.abs(off).max() <= SECTOR_OFF_M:
+            near = np.abs(z_m - terms @ fit) <= SECTOR_OFF_M
+            plane = np.linalg.lstsq(terms[near], z_m[near], rcond=None)[0]
             break
-        # A slope is believed only when it is seen in both directions.
-        if np.ptp(terms[low, 1]) < 0.5 or np.ptp(terms[low, 2]) < 0.5 * min(shape) * scale:
-            plane = np.array([np.median(z_m[low]), 0.0, 0.0])
-            continue
-        plane = np.linalg.lstsq(terms[low], z_m[low], rcond=None)[0]
+        low.pop(int(np.argmax(off)))
     rows, cols = shape
-    return np.asarray(
-        plane[0]
-        + (np.arange(cols) * (scale * plane[1]))[np.newaxis, :]
-        + (np.arange(rows) * (scale * plane[2]))[:, np.newaxis]
-    )
+    east = (np.arange(cols) - cols / 2.0) * plane[1]
+    north = (np.arange(rows) - rows / 2.0) * plane[2]
+    return np.asarray(plane[0] + east[np.newaxis, :] + north[:, np.newaxis])

@@ -35,14 +35,20 @@ def test_mavsdk_reads_every_item(mission_raw, name):
     inspection = plan(mission)
     frame = inspection.site.heights.frame
     ours = mission_items(
-        inspection.trajectory, frame, inspection.home_enu_m, autopilot="px4", items_max=mission.vehicle.max_items
+        inspection.trajectory,
+        frame,
+        inspection.home_enu_m,
+        autopilot="px4",
+        items_max=mission.vehicle.max_items,
     )
     document = plan_document(ours, frame, inspection.clearance.position_enu_m, name=name, fence_margin_m=4.0)
     theirs = mission_raw.import_qgroundcontrol_mission_from_string(json.dumps(document, allow_nan=False))
     assert len(theirs.mission_items) == len(ours.items) <= mission.vehicle.max_items
     for item, read in zip(ours.items, theirs.mission_items, strict=True):
         assert (read.command, read.frame, read.autocontinue) == (item.command, item.frame, 1)
-        for want, got in zip(item.params[:4], (read.param1, read.param2, read.param3, read.param4), strict=True):
+        for want, got in zip(
+            item.params[:4], (read.param1, read.param2, read.param3, read.param4), strict=True
+        ):
             assert math.isnan(got) if math.isnan(want) else got == pytest.approx(want, abs=1e-4)
         if item.command in (16, 22):
             assert read.x == pytest.approx(item.params[4] * 1e7, abs=1.0)

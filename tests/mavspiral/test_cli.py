@@ -107,10 +107,14 @@ def test_fly_to_nobody_exits_3_and_a_bad_or_taken_link_exits_2(tmp_path):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         port = taken.getsockname()[1]
-        answer = run("fly", "missions/kiosk.toml", "--connect", f"udpin://127.0.0.1:{port}", "--yes", "--out", tmp_path)
+        answer = run(
+            "fly", "missions/kiosk.toml", "--connect", f"udpin://127.0.0.1:{port}", "--yes", "--out", tmp_path
+        )
         assert answer.returncode == 2
         assert f"{port} is taken" in answer.stderr
-    answer = run("fly", "missions/kiosk.toml", "--connect", f"udpin://127.0.0.1:{port}", "--yes", "--out", tmp_path)
+    answer = run(
+        "fly", "missions/kiosk.toml", "--connect", f"udpin://127.0.0.1:{port}", "--yes", "--out", tmp_path
+    )
     assert answer.returncode == 3
     assert "heartbeat" in answer.stdout + answer.stderr
     answer = run("fly", "missions/kiosk.toml", "--connect", "pigeon://roof", "--yes", "--out", tmp_path)

@@ -67,7 +67,10 @@ def test_a_broken_motor_fails_and_says_so(planned):
 
 
 def test_wind_is_felt_and_survived(planned):
-    calm, windy = simulate(planned("kiosk"), seed=1), simulate(planned("kiosk"), seed=1, wind_mps=6.0, gusts=True)
+    calm, windy = (
+        simulate(planned("kiosk"), seed=1),
+        simulate(planned("kiosk"), seed=1, wind_mps=6.0, gusts=True),
+    )
     assert windy.outcome.ok
     assert windy.clearance_min_m >= 3.0
     assert windy.tracking_p95_m > calm.tracking_p95_m

@@ -64,7 +64,9 @@ def test_waypoints_are_places_and_headings_of_the_trajectory(planned):
     home = inspection.site.heights.frame.geo_point(inspection.home_enu_m)
     states = inspection.trajectory.sampled(0.1)
     for item in items:
-        place = inspection.site.heights.frame.to_enu(item.params[4], item.params[5], home.alt_amsl_m + item.params[6])
+        place = inspection.site.heights.frame.to_enu(
+            item.params[4], item.params[5], home.alt_amsl_m + item.params[6]
+        )
         away = np.sqrt(((states.position_enu_m - place) ** 2).sum(axis=1))
         nearest = int(np.argmin(away))
         assert away[nearest] < 0.01
@@ -79,7 +81,9 @@ def test_legs_between_waypoints_stay_within_the_stated_errors(planned):
     dense = trajectory.sampled(0.05)
     leg = np.clip(np.searchsorted(thinned.t_s, dense.t_s, side="right") - 1, 0, len(thinned.t_s) - 2)
     a, b = thinned.position_enu_m[leg], thinned.position_enu_m[leg + 1]
-    along = np.clip(((dense.position_enu_m - a) * (b - a)).sum(1) / np.maximum(((b - a) ** 2).sum(1), 1e-12), 0, 1)
+    along = np.clip(
+        ((dense.position_enu_m - a) * (b - a)).sum(1) / np.maximum(((b - a) ** 2).sum(1), 1e-12), 0, 1
+    )
     off = np.sqrt(((dense.position_enu_m - a - along[:, None] * (b - a)) ** 2).sum(1))
     assert off.max() <= thinned.chord_error_m + 0.02
     assert thinned.chord_error_m <= 0.25
