@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 
@@ -9,20 +11,22 @@ from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.frames import GeoPoint, LocalFrame
 from mavspiral.shape.choice import choose, near, stand_in_height_m
-from mavspiral.shape.cityjson import CityBuilding, CityMap
+from mavspiral.shape.cityjson import CityBuilding, CityMap, Indices
 from mavspiral.shape.crs import read_crs
 from mavspiral.shape.datum import datum_of
 from mavspiral.shape.geojson import Feature
 from mavspiral.shape.heightmap import HeightMap, Site
-from mavspiral.shape.polygons import crossing, signed_area_m2
+from mavspiral.shape.polygons import crossing
 from mavspiral.shape.site_map import SURROUNDINGS_M, MapRequest, SiteMap, grid_about, judge_top
 from mavspiral.shape.surfaces import raise_triangles, triangles_of
 
 __all__ = ["site_from_city"]
 
 Faces = tuple[tuple[FloatArray, ...], ...]
-UPRIGHT = 1e-3
-"""A face whose plan is smaller than this share of its extent squared is a wall."""
+WALL_M = 0.002
+"""A face that is not wider in plan is a wall."""
+
+ROUNDING_M = 0.05
 
 
 def site_from_city(request: MapRequest, city: CityMap) -> SiteMap:
@@ -97,20 +101,28 @@ def site_from_city(request: MapRequest, city: CityMap) -> SiteMap:
     return SiteMap(Site(heights, building), chosen.name, tuple(warnings))
 
 
-def _lying(building: CityBuilding, corners: FloatArray) -> tuple[tuple[np.ndarray, ...], ...]:
+def _lying(building: CityBuilding, corners: FloatArray) -> tuple[tuple[Indices, ...], ...]:
     """The building's faces but for its walls."""
-    kept = []
-    for face in building.faces:
-        outline = corners[face[0], :2] - corners[face[0][0], :2]
-        if abs(signed_area_m2(outline)) > UPRIGHT * float(np.ptp(outline, axis=0).max()) ** 2:
-            kept.append(face)
-    return tuple(kept)
+    return tuple(face for face in building.faces if _width_m(corners[face[0]]) > WALL_M)
+
+
+def _width_m(ring: FloatArray) -> float:
+    """How far the ring's corners stray in plan from the line that fits them best, as a standard deviation."""
+    x, y = (ring[:, :2] - ring[:, :2].mean(axis=0)).T
+    xx, yy, xy = float(x @ x), float(y @ y), float(x @ y)
+    least = (xx + yy - math.hypot(xx - yy, 2 * xy)) / 2.0
+    return math.sqrt(max(least, 0.0) / len(x))
+
+
+def _crossing(ring: FloatArray) -> FloatArray | None:
+    """Where the ring crosses itself in plan; a nearly upright face may, as its corners are rounded."""
+    return crossing(ring[:, :2], touching=False) if _width_m(ring) > ROUNDING_M else None
 
 
 def _judge_crossings(request: MapRequest, chosen: CityBuilding, faces: Faces, frame: LocalFrame) -> None:
     for face in faces:
         for ring in face:
-            place = crossing(ring[:, :2], touching=False)
+            place = _crossing(ring)
             if place is not None:
                 lat, lon, _ = frame.to_geodetic([place[0], place[1], 0.0])
                 raise InputError(
@@ -129,7 +141,7 @@ def _obstacle(building: CityBuilding, faces: Faces, tall_m: float) -> tuple[Floa
         )
     pieces = []
     for face in faces:
-        if any(crossing(ring[:, :2], touching=False) is not None for ring in face):
+        if any(_crossing(ring) is not None for ring in face):
             hull = cv2.convexHull(face[0][:, :2].astype(np.float32))[:, 0, :].astype(np.float64)
             face = (np.column_stack([hull, np.full(len(hull), face[0][:, 2].max())]),)
             remarks.append(f"a face of {building.name} crosses itself: all within it is taken to be solid")

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 
-__all__ = ["CityBuilding", "CityMap", "city_map", "is_cityjson"]
+__all__ = ["CityBuilding", "CityMap", "Indices", "city_map", "is_cityjson"]
 
 Indices = NDArray[np.int64]
 BUILDING = ("Building", "BuildingPart", "BuildingInstallation")

@@ -44,7 +44,9 @@ def site_from_geotiff(request: MapRequest) -> SiteMap:
     if request.dtm is None:
         terrain_m = rim_plane(request, surface_m)
     else:
-        given, _, _ = _read(replace(request, path=request.dtm), window)
+        origin = window.frame.origin
+        at = request.at or (origin.lat_deg, origin.lon_deg)
+        given, _, _ = _read(replace(request, path=request.dtm, at=at), window)
         known = np.isfinite(given)
         if not known.any():
             raise InputError(

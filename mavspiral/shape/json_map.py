@@ -11,7 +11,7 @@ from mavspiral.shape.site_map import judge_bytes
 
 __all__ = ["read_json", "read_json_lines"]
 
-MOST_MB = 200
+MOST_MB = 100
 CUT = "cut the building's neighbourhood out of the map"
 
 

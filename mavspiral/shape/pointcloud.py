@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 import math
-import struct
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ import numpy as np
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.shape.crs import MapCrs, read_crs
+from mavspiral.shape.las_claims import judge_chunks, judge_header
 from mavspiral.shape.site_map import MapRequest, SiteMap, need
 from mavspiral.shape.survey_grid import close_pinholes, plane_through, rim_plane, site_from_survey
 from mavspiral.shape.window import Window, window_of
@@ -27,8 +27,6 @@ __all__ = ["site_from_points"]
 
 GROUND, BUILDING, NOISE = 2, 6, (7, 18)
 CHUNK_BYTES = 32_000_000
-LAZ_RATIO_MAX = 2000
-"""LASzip makes real points 4 to 20 times smaller; constant ones some hundred times."""
 
 
 @dataclass(slots=True, eq=False)
@@ -52,9 +50,10 @@ def site_from_points(request: MapRequest) -> SiteMap:
     need("lazrs", "cloud", path)
     need("pyproj", "cloud", path)
     logging.getLogger("laspy").addHandler(logging.NullHandler())  # it reports what it raises a second time
-    _judge_header(path)
+    judge_header(path)
     try:
         with laspy.open(path, laz_backend=laspy.LazBackend.Lazrs, read_evlrs=True) as reader:
+            judge_chunks(path, reader.header)
             crs = _crs(path, reader.header)
             window = _window(request, reader.header, crs)
             surfaces = _surfaces(request, reader, window, crs.height_unit_m)
@@ -108,48 +107,6 @@ def _judge_density(request: MapRequest, hit: np.ndarray, points: int) -> None:
             f"{request.path}: its points are {spacing_m:.2f} m apart, cells of {request.cell_m:g} m would leave holes. "
             f"Fix: set [building] cell_m = {math.ceil(1.75 * spacing_m * 20) / 20:g}"
         )
-
-
-def _judge_header(path: Path) -> None:
-    """Refuses what the header claims and the file cannot hold (LAS 1.4 R15, table 3)."""
-    size = path.stat().st_size
-    with path.open("rb") as stream:
-        head = stream.read(375)
-        if len(head) < 227 or head[:4] != b"LASF":
-            raise InputError(f"{path}: not a LAS file ({size} bytes). Fix: export the cloud as LAS or LAZ")
-        minor = head[25]
-        header_size, offset, vlrs = struct.unpack_from("<HII", head, 94)
-        point_format, point_size, count = struct.unpack_from("<BHI", head, 104)
-        evlr_start, evlrs = 0, 0
-        if minor >= 4 and len(head) == 375:
-            evlr_start, evlrs, count = struct.unpack_from("<QIQ", head, 235)
-        chunks = 0
-        compressed = bool(point_format & 0xC0)
-        if compressed and offset + 8 <= size:
-            stream.seek(offset)
-            table = struct.unpack("<q", stream.read(8))[0]
-            if table == -1:
-                stream.seek(size - 8)
-                table = struct.unpack("<q", stream.read(8))[0]
-            if 0 < table <= size - 8:
-                stream.seek(table)
-                _, chunks = struct.unpack("<II", stream.read(8))
-    room = max(0, size - offset)
-    claims = (
-        ("header", header_size, offset),
-        ("what comes before its points", offset, size),
-        ("variable records", vlrs * 54 + header_size, offset),
-        ("extended records", evlrs * 60 + (evlr_start if evlrs else 0), size),
-        ("points", count * point_size, room * (LAZ_RATIO_MAX if compressed else 1)),
-        ("compressed chunks", chunks, room),
-    )
-    for what, claimed, most in claims:
-        if claimed > most:
-            raise InputError(
-                f"{path}: its header claims {claimed:,} bytes of {what}, there is room for {most:,}. Fix: it is torn; export it anew"
-            )
-    if count == 0 or point_size == 0:
-        raise InputError(f"{path}: it holds no points. Fix: export the cloud anew")
 
 
 def _crs(path: Path, header: Any) -> MapCrs:

@@ -54,13 +54,13 @@ def las(count, vlrs=0, evlrs=0, point_size=30, compressed=False, chunks=0):
     return bytes(head) + table + bytes(300)
 
 
-def npz(shape, zeros=0):
+def npz(shape, zeros=0, tear=b"", by=b""):
     raw = io.BytesIO()
     np.lib.format.write_array_header_1_0(raw, {"descr": "<f8", "fortran_order": False, "shape": shape})
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         with archive.open("height_agl_m.npy", "w") as entry:
-            entry.write(raw.getvalue())
+            entry.write(raw.getvalue().replace(tear, by, 1))
             for _ in range(zeros // 1_000_000 or 1):
                 entry.write(bytes(1_000_000 if zeros else 64))
         for key, value in (("cell_m", 0.5), ("origin", [19.0, -99.0])):
@@ -110,6 +110,8 @@ FILES = {
     "flat.npz": npz((1 << 60,)),
     "negative.npz": npz((-5, 7)),
     "short.npz": npz((3000, 4000)),
+    "token.npz": npz((30, 40), tear=b"40), }", by=b"40 "),
+    "header.npz": npz((1000, 1000), zeros=400_000_000, tear=b"NUMPY\1\0", by=b"NUMPY\2\0"),
     "bomb.npz": npz((1000, 1000), zeros=400_000_000),
     "deep.geojson": b"[" * 100_000,
     "digits.json": b'{"type": ' + b"9" * 9000 + b"}",
@@ -212,6 +214,16 @@ def test_no_file_makes_a_reader_allocate_what_it_only_claims(tmp_path, stepped):
         assert "\n" not in line
         assert len(line) < 1200
         assert more_mb < MEMORY_MB, f"{name}: {more_mb:.0f} MB: {line}"
+
+
+def test_layers_of_a_laz_that_are_larger_than_the_file(tmp_path, stepped):
+    pytest.importorskip("lazrs", reason="the extra cloud is not installed")
+    path = stepped.las(tmp_path, name="layers.laz", spacing_m=1.0)
+    content = bytearray(path.read_bytes())
+    (points,) = struct.unpack_from("<I", content, 96)
+    struct.pack_into("<I", content, points + 8 + 30 + 4, HUGE)  # the first layer of the first chunk
+    path.write_bytes(content)
+    assert "its chunk 1 claims 4,000," in _read(path)
 
 
 @pytest.mark.parametrize("name", FILES)
