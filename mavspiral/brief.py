@@ -40,7 +40,17 @@ TRACKING_SIGMA_M = 0.15
 def map_request(mission: Mission) -> MapRequest:
     """Which building of which map."""
     b = mission.building
-    return MapRequest(mission.map_path, b.cell_m, b.ground_amsl_m, b.at, b.id)
+    return MapRequest(
+        path=mission.map_path,
+        cell_m=b.cell_m,
+        ground_amsl_m=b.ground_amsl_m,
+        at=b.at,
+        id=b.id,
+        dtm=mission.dtm_path,
+        units=b.units,
+        up=b.up,
+        heading_deg=b.heading_deg,
+    )
 
 
 def with_keepouts(mission: Mission, site: Site) -> Site:

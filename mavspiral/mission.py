@@ -48,6 +48,10 @@ class Building(_Table):
     cell_m: Annotated[float, Field(ge=0.02, le=10)] = 0.25
     ground_amsl_m: Annotated[float, Field(ge=-500, le=6000)] = 0.0
     map_error_m: Annotated[float, Field(ge=0, le=20)] = 0.5
+    dtm: Annotated[str, Field(min_length=1)] | None = None
+    units: Literal["m", "mm", "ft"] | None = None
+    up: Literal["z", "y"] | None = None
+    heading_deg: Annotated[float, Field(ge=-360, le=360)] | None = None
 
 
 class Camera(_Table):
@@ -172,6 +176,11 @@ class Mission(_Table):
     def map_path(self) -> Path:
         """The map, relative to the mission file."""
         return self.path.parent / self.building.map
+
+    @property
+    def dtm_path(self) -> Path | None:
+        """The terrain model, relative to the mission file."""
+        return None if self.building.dtm is None else self.path.parent / self.building.dtm
 
     @property
     def notices(self) -> tuple[str, ...]:

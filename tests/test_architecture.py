@@ -100,6 +100,12 @@ def test_pymavlink_stays_at_the_rim():
         assert not any(name.split(".")[0] == "pymavlink" for name in imports(path)), path
 
 
+def test_packages_of_extras_are_imported_by_need_alone():
+    extras = {"rasterio", "pyproj", "trimesh", "laspy", "lazrs"}
+    for path in [*modules("mavspiral"), *modules("sitl")]:
+        assert not {name.split(".")[0] for name in imports(path)} & extras, path
+
+
 def test_sockets_and_wall_clocks_stay_at_the_rim():
     rim = {
         ROOT / "mavspiral/flight/realtime.py",

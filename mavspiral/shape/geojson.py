@@ -6,7 +6,6 @@ https://wiki.openstreetmap.org/wiki/Simple_3D_Buildings: `building`, `building:p
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from dataclasses import dataclass
@@ -19,7 +18,9 @@ from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.shape.polygons import crossing, signed_area_m2
 
-__all__ = ["Feature", "read_features"]
+__all__ = ["Feature", "features_of"]
+
+CORNERS_MAX = 20_000
 
 LEVEL_M = 3.0
 """A storey's height where only `building:levels` is tagged (the wiki's own figure)."""
@@ -39,16 +40,12 @@ class Feature:
     polygons_deg: tuple[tuple[FloatArray, ...], ...]
 
 
-def read_features(path: Path) -> tuple[Feature, ...]:
-    """Every building and building part in the file, in its order.
+def features_of(path: Path, document: Any) -> tuple[Feature, ...]:
+    """Every building and building part in the document, in its order.
 
     Raises:
         InputError: not GeoJSON, no buildings, or a feature that cannot be believed.
     """
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: not JSON ({error}). Fix: export the map as GeoJSON") from None
     if not isinstance(document, dict) or not isinstance(document.get("features"), list):
         raise InputError(
             f"{path}: no FeatureCollection with 'features'. Fix: export the map as a GeoJSON FeatureCollection"
@@ -131,6 +128,10 @@ def _ring(where: str, ring: Any) -> FloatArray:
         raise InputError(
             f"{where}: corner [lon {worst[1]}, lat {worst[0]}] is not on the earth in degrees. "
             "Fix: GeoJSON is [lon, lat] in WGS-84; reproject the map to EPSG:4326"
+        )
+    if len(points) > CORNERS_MAX:
+        raise InputError(
+            f"{where}: a ring has {len(points):,} corners, at most {CORNERS_MAX:,} are read. Fix: simplify the outline"
         )
     scale = np.array([1.0, math.cos(math.radians(points[0, 0]))])
     flat = (points - points[0]) * scale * 111_320.0

@@ -1,9 +1,8 @@
-"""A site from a grid of heights in an `.npz`: the building is what hangs together at the named place."""
+"""Heights on a grid become a site: the building is what hangs together at the named place."""
 
 from __future__ import annotations
 
 import math
-import zipfile
 
 import cv2
 import numpy as np
@@ -13,80 +12,83 @@ from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.frames import GeoPoint, LocalFrame
 from mavspiral.shape.heightmap import HeightMap, Site
-from mavspiral.shape.site_map import MapRequest, SiteMap, judge_size
+from mavspiral.shape.site_map import SURROUNDINGS_M, MapRequest, judge_top
 
-__all__ = ["site_from_grid"]
+__all__ = ["BUILDING_MIN_M", "component_at", "neighbourhood", "site_about"]
 
 BUILDING_MIN_M = 0.5
 """Lower things in a height map are ground, kerbs and noise."""
 
 
-def site_from_grid(request: MapRequest) -> SiteMap:
-    """The site in the `.npz` that the request names.
+def component_at(
+    request: MapRequest,
+    standing: NDArray[np.bool_],
+    cell_m: float,
+    frame: LocalFrame,
+    south_west_m: FloatArray,
+    nothing: str,
+) -> NDArray[np.bool_]:
+    """The cells that hang together at the place that the request names; the largest such piece when it names none.
+
+    Args:
+        request: its `at`.
+        standing: which cells stand out of the ground.
+        cell_m: the cells' side.
+        frame: in which the grid lies.
+        south_west_m: its corner, east and north.
+        nothing: what to say when nothing stands out.
 
     Raises:
-        InputError: it is no height map, holds a NaN (named), or has nothing at the place asked for.
+        InputError: nothing stands there; the nearest that does is named.
     """
-    path = request.path
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            missing = [key for key in ("height_agl_m", "cell_m", "origin") if key not in archive]
-            if missing:
-                raise InputError(
-                    f"{path}: has no {missing[0]!r}. "
-                    "Fix: a height map holds height_agl_m (rows, cols), cell_m and origin = [lat, lon]"
-                )
-            height = np.asarray(archive["height_agl_m"], dtype=np.float64)
-            cell_m = float(archive["cell_m"])
-            origin = np.asarray(archive["origin"], dtype=np.float64)
-    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, MemoryError) as error:
-        raise InputError(
-            f"{path}: not a readable .npz height map ({error}). Fix: write it with numpy.savez"
-        ) from None
-    if height.ndim != 2 or height.size == 0:
-        raise InputError(f"{path}: height_agl_m has shape {height.shape}. Fix: give a (rows, cols) array")
-    if not np.isfinite(height).all():
-        row, col = (int(i) for i in np.argwhere(~np.isfinite(height))[0])
-        raise InputError(
-            f"{path}: height_agl_m[{row}, {col}] is {height[row, col]}. Fix: fill gaps with the ground's 0 or a measured height"
-        )
-    if not (math.isfinite(cell_m) and cell_m > 0):
-        raise InputError(f"{path}: cell_m is {cell_m}. Fix: give the cells' side in metres")
-    if origin.shape != (2,) or not np.isfinite(origin).all() or np.any(np.abs(origin) > (90.0, 180.0)):
-        raise InputError(
-            f"{path}: origin is {origin.tolist()}. Fix: give [lat, lon] in degrees of the south-west corner"
-        )
-    judge_size(MapRequest(path, cell_m, 0.0), *height.shape)
-    corner = LocalFrame(GeoPoint(float(origin[0]), float(origin[1]), request.ground_amsl_m))
-    building = _component(request, height, cell_m, corner)
-    rows, cols = np.nonzero(building)
-    middle = np.array([(cols.min() + cols.max() + 1) / 2.0, (rows.min() + rows.max() + 1) / 2.0]) * cell_m
-    lat, lon, _ = corner.to_geodetic([middle[0], middle[1], 0.0])
-    frame = LocalFrame(GeoPoint(float(lat), float(lon), request.ground_amsl_m))
-    return SiteMap(Site(HeightMap(np.maximum(height, 0.0), cell_m, frame, -middle), building), path.stem, ())
-
-
-def _component(
-    request: MapRequest, height: FloatArray, cell_m: float, corner: LocalFrame
-) -> NDArray[np.bool_]:
-    standing = (height > BUILDING_MIN_M).astype(np.uint8)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(standing, connectivity=8)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(standing.astype(np.uint8), connectivity=8)
     if count < 2:
-        raise InputError(
-            f"{request.path}: nothing in it is higher than {BUILDING_MIN_M} m. Fix: heights are metres above ground"
-        )
+        raise InputError(f"{request.path}: {nothing}")
     if request.at is None:
         return np.asarray(labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])))
-    east, north, _ = corner.to_enu(*request.at, request.ground_amsl_m)
-    row, col = math.floor(north / cell_m), math.floor(east / cell_m)
-    rows, cols = height.shape
+    place = frame.to_enu(*request.at, frame.origin.alt_amsl_m)[:2]
+    east, north = (float(v) for v in (place - south_west_m) / cell_m)
+    row, col = math.floor(north), math.floor(east)
+    rows, cols = standing.shape
     if not (0 <= row < rows and 0 <= col < cols) or labels[row, col] == 0:
         r, c = np.nonzero(labels)
-        nearest = int(np.argmin((r + 0.5 - north / cell_m) ** 2 + (c + 0.5 - east / cell_m) ** 2))
-        lat, lon, _ = corner.to_geodetic([(c[nearest] + 0.5) * cell_m, (r[nearest] + 0.5) * cell_m, 0.0])
-        away = math.hypot((r[nearest] + 0.5) * cell_m - north, (c[nearest] + 0.5) * cell_m - east)
+        away = np.hypot(r + 0.5 - north, c + 0.5 - east)
+        nearest = int(np.argmin(away))
+        x, y = south_west_m + (np.array([c[nearest], r[nearest]]) + 0.5) * cell_m
+        lat, lon, _ = frame.to_geodetic([x, y, 0.0])
         raise InputError(
-            f"{request.path}: no building stands at [{request.at[0]}, {request.at[1]}]; the nearest is {away:.0f} m away. "
+            f"{request.path}: no building stands at [{request.at[0]}, {request.at[1]}]; the nearest is {away[nearest] * cell_m:.0f} m away. "
             f"Fix: set [building] at = [{float(lat):.6f}, {float(lon):.6f}] (latitude first)"
         )
     return np.asarray(labels == labels[row, col])
+
+
+def site_about(
+    request: MapRequest,
+    height_agl_m: FloatArray,
+    building: NDArray[np.bool_],
+    cell_m: float,
+    frame: LocalFrame,
+    south_west_m: FloatArray,
+) -> Site:
+    """The site of a grid of heights, in the frame whose origin is the middle of the building.
+
+    Raises:
+        InputError: it is higher than any building.
+    """
+    judge_top(request.path, float(height_agl_m.max()))
+    rows, cols = np.flatnonzero(building.any(axis=1)), np.flatnonzero(building.any(axis=0))
+    middle = south_west_m + np.array([cols[0] + cols[-1] + 1, rows[0] + rows[-1] + 1]) * (cell_m / 2.0)
+    lat, lon, _ = frame.to_geodetic([middle[0], middle[1], 0.0])
+    own = LocalFrame(GeoPoint(float(lat), float(lon), request.ground_amsl_m))
+    return Site(HeightMap(np.maximum(height_agl_m, 0.0), cell_m, own, south_west_m - middle), building)
+
+
+def neighbourhood(building: NDArray[np.bool_], cell_m: float) -> tuple[slice, slice]:
+    """Rows and columns of the map's part that is near enough to the building to matter."""
+    reach = math.ceil(SURROUNDINGS_M / cell_m)
+    rows, cols = np.flatnonzero(building.any(axis=1)), np.flatnonzero(building.any(axis=0))
+    return (
+        slice(max(0, int(rows[0]) - reach), int(rows[-1]) + 1 + reach),
+        slice(max(0, int(cols[0]) - reach), int(cols[-1]) + 1 + reach),
+    )

@@ -16,8 +16,12 @@ def signed_area_m2(ring_m: FloatArray) -> float:
     return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
-def crossing(ring_m: FloatArray) -> FloatArray | None:
-    """The place `(2,)` where two sides of the ring `(n, 2)` that are not neighbours meet, if they do."""
+def crossing(ring_m: FloatArray, *, touching: bool = True) -> FloatArray | None:
+    """The place `(2,)` where two sides of the ring `(n, 2)` that are not neighbours meet, if they do.
+
+    Without `touching` only sides that go through each other count.
+    """
+    inner = 0.0 if touching else 1e-6
     start, side = ring_m, np.roll(ring_m, -1, axis=0) - ring_m
     n = len(ring_m)
     for i in range(n - 2):
@@ -27,7 +31,7 @@ def crossing(ring_m: FloatArray) -> FloatArray | None:
         with np.errstate(divide="ignore", invalid="ignore"):
             along = (offset[:, 0] * side[others, 1] - offset[:, 1] * side[others, 0]) / denominator
             across = (offset[:, 0] * side[i, 1] - offset[:, 1] * side[i, 0]) / denominator
-        hit = (along >= 0) & (along <= 1) & (across >= 0) & (across <= 1)
+        hit = (along >= inner) & (along <= 1 - inner) & (across >= inner) & (across <= 1 - inner)
         if hit.any():
             place: FloatArray = start[i] + along[hit][0] * side[i]
             return place
@@ -67,10 +71,29 @@ def cover(
                 x = x0 + (centre_rows + 0.5 - y0) * (x1 - x0) / (y1 - y0)
                 first = np.clip(np.ceil(x - 0.5), 0, cols).astype(np.int64)
                 np.add.at(parity, (centre_rows, first), 1)
-            steps = np.linspace(0.0, 1.0, 8 * int(np.hypot(x1 - x0, y1 - y0) + 1) + 1)
+            enter, leave = _share_within((x0, y0), (x1, y1), (cols, rows))
+            if enter > leave:
+                continue
+            length = np.hypot(x1 - x0, y1 - y0) * (leave - enter)
+            steps = np.linspace(enter, leave, 8 * int(length + 1) + 1)
             col = np.floor(x0 + steps * (x1 - x0)).astype(np.int64)
             row = np.floor(y0 + steps * (y1 - y0)).astype(np.int64)
             on_map = (row >= 0) & (row < rows) & (col >= 0) & (col < cols)
             edge[row[on_map], col[on_map]] = True
     inside: NDArray[np.bool_] = (np.cumsum(parity, axis=1)[:, :cols] % 2).astype(np.bool_)
     return inside | edge
+
+
+def _share_within(
+    start: tuple[float, float], end: tuple[float, float], size: tuple[int, int]
+) -> tuple[float, float]:
+    """From where to where the side, 0 at its start and 1 at its end, runs over the map; a far end costs nothing."""
+    enter, leave = 0.0, 1.0
+    for a, b, most in zip(start, end, size, strict=True):
+        if a == b:
+            if not -1 <= a <= most + 1:
+                return 1.0, 0.0
+            continue
+        first, second = sorted(((-1 - a) / (b - a), (most + 1 - a) / (b - a)))
+        enter, leave = max(enter, first), min(leave, second)
+    return enter, leave

@@ -29,6 +29,9 @@ BAD = [
     ("standoff_m = 12.0", "standoff_m = 12.0\noverlap = 25", ["overlap = 25", "smaller than 0.95"]),
     ("standoff_m = 12.0", "standoff_m = 12.0\nbottom_m = 9\ntop_m = 5", ["bottom_m = 9", "top_m = 5"]),
     ("standoff_m = 12.0", "standoff_m = 12.0\nroof = 1", ["roof = 1", "true or false"]),
+    ("[camera]", 'units = "cm"\n[camera]', ['units = "cm"', "'m', 'mm' or 'ft'"]),
+    ("[camera]", 'up = "x"\n[camera]', ['up = "x"', "'z' or 'y'"]),
+    ("[camera]", "heading_deg = 400\n[camera]", ["heading_deg = 400", "at most 360"]),
     ("schema = 1", "schema = 2", ["schema = 2", "must be one of 1"]),
     ("schema = 1", "", ["schema is missing"]),
     ('name = "t"', 'name = "../t"', ['name = "../t"']),
@@ -55,6 +58,7 @@ def write(tmp_path, text):
 def test_defaults_and_map_path(tmp_path):
     mission = load_mission(write(tmp_path, GOOD))
     assert mission.map_path == tmp_path / "map.geojson"
+    assert mission.dtm_path is None
     assert mission.limits.clearance_m == 4.0
     assert mission.vehicle.autopilot == "px4"
     assert mission.notices == ()

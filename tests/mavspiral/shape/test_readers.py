@@ -171,7 +171,7 @@ def test_refusals_of_grids(tmp_path):
     holed[2, 3] = np.nan
     assert "height_agl_m[2, 3] is nan" in refusal(npz(tmp_path, height_agl_m=holed))
     assert "'cell_m'" in refusal(npz(tmp_path, cell_m=None))
-    assert "cell_m is -1" in refusal(npz(tmp_path, cell_m=-1.0))
+    assert "cell_m is [-1" in refusal(npz(tmp_path, cell_m=-1.0))
     assert "origin" in refusal(npz(tmp_path, origin=[200.0, 3.0]))
     assert "shape" in refusal(npz(tmp_path, height_agl_m=np.zeros(4)))
     assert "nothing in it" in refusal(npz(tmp_path, height_agl_m=np.zeros((4, 4))))
@@ -213,6 +213,6 @@ def _away(points, x, y):
 @given(st.binary(max_size=400))
 def test_any_bytes_are_refused_in_one_line(tmp_path_factory, content):
     folder = tmp_path_factory.mktemp("fuzz")
-    for name in ("x.geojson", "x.npz"):
+    for name in ("x.geojson", "x.npz", "x.json", "x.jsonl"):
         (folder / name).write_bytes(content)
         refusal(folder / name)
