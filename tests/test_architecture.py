@@ -36,7 +36,7 @@ link autopilot estimator physics
 faults params
 airframe
 orders
-signals geo
+signals geo plans
 rotation
 kernels
 """

@@ -22,6 +22,7 @@ _MODE_CODES: Mapping[Mode, tuple[int, int]] = {
     Mode.POSITION: (3, 0),
     Mode.TAKEOFF: (4, 2),
     Mode.HOLD: (4, 3),
+    Mode.MISSION: (4, 4),
     Mode.RETURN: (4, 5),
     Mode.LAND: (4, 6),
     Mode.OFFBOARD: (6, 0),
