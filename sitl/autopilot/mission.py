@@ -52,9 +52,10 @@ class MissionCourse:
         return Mode.HOLD if self.run.finished else None
 
     def ending(self) -> Course:
-        """Holding where the mission ends."""
-        glide = self.passage.glide if self.inner is None else self.inner.glide
-        return Course(Mode.HOLD, 0, math.nan, (self.leg.end,), glide)
+        """Holding where the mission ends; on the ground when it ends there."""
+        if self.inner is not None:
+            return self.inner
+        return Course(Mode.HOLD, 0, math.nan, (self.leg.end,), self.passage.glide)
 
     def step(
         self,
@@ -157,9 +158,11 @@ class MissionCourse:
             run = replace(run, speed_mps=item.params[1] if item.params[1] > 0.0 else math.nan)
         seq, jumps = next_seq(self.items, run.seq, run.jumps)
         if seq is None:
-            return replace(self, run=replace(run, finished=True), inner=None)
+            return replace(self, run=replace(run, finished=True))
         run = replace(run, seq=seq, jumps=jumps)
-        course = replace(self, run=run, arrived_at_us=None, faced_at_us=None)
+        before = self.stations[self.run.seq]
+        inner = None if before is not None and before.lands else self.inner
+        course = replace(self, run=run, inner=inner, arrived_at_us=None, faced_at_us=None)
         if self.stations[seq] is None:
             return course
         leg = _leg(self.items, self.stations, run, self.leg.end, parameters)

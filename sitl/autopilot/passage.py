@@ -21,6 +21,7 @@ _L1_M = 5.0
 _ALIGNED = 0.98
 _TURNING_MPS = 0.2
 _SAME_PLACE_M = 1e-3
+_CREEP_MPS = 0.3
 _YAW_JERK = 10.0  # 1/s, yaw jerk per yaw acceleration
 
 
@@ -141,15 +142,20 @@ def _speed_for(jerk: float, acceleration: float, distance: float, final_speed: f
 
 
 def _towards(way: complex, sink: float, most_mps: float, most_down_mps: float) -> tuple[complex, float]:
-    """The velocity along a straight line in space that exceeds neither limit."""
-    across, length = abs(way), math.hypot(abs(way), sink)
+    """The velocity along a straight line in space that exceeds neither limit.
+
+    As in PX4, an axis that has almost arrived, and creeps, holds the other one up no longer.
+    """
+    across, depth = abs(way), abs(sink)
+    length = math.hypot(across, depth)
     if length == 0.0:
         return 0j, 0.0
     speed = min(
-        most_mps * length / across if across > 0.0 else math.inf,
-        most_down_mps * length / abs(sink) if sink else math.inf,
+        max(most_mps, _CREEP_MPS) * length / across if across > 0.0 else math.inf,
+        max(most_down_mps, _CREEP_MPS) * length / depth if depth > 0.0 else math.inf,
     )
-    return way * (speed / length), sink * (speed / length)
+    level_mps, down_mps = min(speed * across / length, most_mps), min(speed * depth / length, most_down_mps)
+    return way * (level_mps / across) if across else 0j, math.copysign(down_mps, sink)
 
 
 def _patience(behind_m: complex, velocity_mps: complex, most_m: float) -> float:

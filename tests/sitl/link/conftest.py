@@ -212,9 +212,10 @@ def messages(heard, name):
 
 @pytest.fixture
 def new_client():
-    def make(links=1, **config):
+    def make(links=1, home=HOME, params=None, **config):
         airframe = load_airframe("x500")
-        vehicle = VehicleConfig(airframe=airframe, params=Params(airframe.params), home=HOME, gps="rtk")
+        chosen = Params(airframe.params).replace(**(params or {}))
+        vehicle = VehicleConfig(airframe=airframe, params=chosen, home=home, gps="rtk")
         return Client(Simulator(SimulatorConfig(vehicle, **config)), links)
 
     return make
