@@ -11,20 +11,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from sitl.autopilot.arming import home_of, idle_limit_us, is_ready, why_not_arm
-from sitl.autopilot.course import Course, begin_course
-from sitl.autopilot.glide import start_glide
+from sitl.autopilot.course import begin_course
 from sitl.autopilot.memory import NOTHING, CommanderState
-from sitl.autopilot.mission import MissionCourse, begin_mission
-from sitl.autopilot.modes import MODES, Briefing, climbs, repositioned
+from sitl.autopilot.modes import MODES, climbs, repositioned
 from sitl.autopilot.offboard import commands_every_axis, is_streamed, mode_after_loss
-from sitl.autopilot.planning import (
-    end_mission,
-    leave_mission,
-    note_progress,
-    shoot,
-    stand_down_mission,
-    take_plan,
-)
+from sitl.autopilot.planning import leave_mission, shoot, stand_down_mission, take_plan
+from sitl.autopilot.progress import briefing_of, proceed
 from sitl.orders import (
     Arm,
     Condition,
@@ -103,8 +95,8 @@ class Commander:
             case Reposition():
                 return self._reposition(order, condition)
             case TakePlan():
-                for severity, text in take_plan(self._state, order, condition, self.parameters):
-                    self._notify(condition, severity, text)
+                for notice in take_plan(self._state, order, condition, self.parameters):
+                    self._notify(condition, *notice)
                 return Verdict.ACCEPTED
             case GoToItem(seq):
                 return self._go_to(seq)
@@ -150,7 +142,7 @@ class Commander:
         if state.conduct is Mode.OFFBOARD and state.steering is not None:
             state.setpoint = state.steering
         else:
-            state.setpoint = self._proceed(condition, dt_s)
+            state.setpoint = proceed(state, condition, dt_s, self.parameters)
         return Demand(armed=True, idle=False, setpoint=state.setpoint)
 
     def status(self, condition: Condition) -> FlightStatus:
@@ -253,7 +245,7 @@ class Commander:
         state.mode, state.failsafe = Mode.HOLD, None
         if not self._may_fly(condition):
             return Verdict.ACCEPTED
-        course = begin_course(Mode.HOLD, self._briefing(condition))
+        course = begin_course(Mode.HOLD, briefing_of(state, condition, self.parameters))
         state.course = replace(course, route=(repositioned(order, origin, course.route[-1]),))
         return Verdict.ACCEPTED
 
@@ -307,38 +299,6 @@ class Commander:
             return False
         spooled_us = state.armed_at_us + 1e6 * self.parameters["COM_SPOOLUP_TIME"]
         return state.flown or condition.time_us >= spooled_us
-
-    def _proceed(self, condition: Condition, dt_s: float) -> Setpoint:
-        """The setpoint a frame further along the mode's route."""
-        state, parameters = self._state, self.parameters
-        course = self._begin(condition) if state.course is None else state.course
-        if isinstance(course, MissionCourse):
-            bearing_rad = state.payload.bearing_rad(condition)
-            course = course.step(condition, dt_s, parameters, bearing_rad)
-            note_progress(state, course)
-        else:
-            course = course.step(condition, dt_s, parameters)
-        state.course = course
-        if MODES[state.mode].then is not None and state.failsafe is None:
-            then = course.follows(condition, parameters)
-            if then is not None and state.mode is Mode.MISSION:
-                end_mission(state, then)
-            elif then is not None:
-                state.mode = then
-        return course.setpoint
-
-    def _begin(self, condition: Condition) -> Course | MissionCourse:
-        """Lay the mode's route from here."""
-        state, briefing = self._state, self._briefing(condition)
-        if state.conduct is Mode.MISSION:
-            state.payload = replace(state.payload, paused=False)
-            return begin_mission(state.plans.mission, state.run, briefing)
-        return begin_course(state.conduct, briefing)
-
-    def _briefing(self, condition: Condition) -> Briefing:
-        state = self._state
-        glide = start_glide(condition.estimate)
-        return Briefing(condition, glide, state.home, state.takeoff_alt_amsl_m, self.parameters)
 
     def _notify(self, condition: Condition, severity: Severity, text: str) -> None:
         self._state.notices = (*self._state.notices, Notice(condition.time_us, severity, text))

@@ -12,7 +12,7 @@ from sitl.autopilot.payload import Payload
 from sitl.orders import Condition, Mode, Severity, Shot, TakePlan
 from sitl.plans import MissionRun, PlanKind
 
-__all__ = ["end_mission", "leave_mission", "note_progress", "shoot", "stand_down_mission", "take_plan"]
+__all__ = ["end_mission", "leave_mission", "shoot", "stand_down_mission", "take_plan"]
 
 Remarks = list[tuple[Severity, str]]
 
@@ -40,13 +40,6 @@ def take_plan(
         return []
     told = remarks(order.items, condition.origin, state.home, parameters)
     return [(Severity.WARNING, text) for text in told]
-
-
-def note_progress(state: CommanderState, course: MissionCourse) -> None:
-    """Remember how far the mission has come, and pass its commands on to camera and gimbal."""
-    state.run = course.run
-    if course.deed is not None:
-        state.payload = state.payload.told(course.deed, state.home)
 
 
 def leave_mission(state: CommanderState) -> None:

@@ -19,12 +19,12 @@ from sitl.link.instruments import INSTRUMENTS, image_captured
 from sitl.link.messages import Message, MessageType, message_type
 from sitl.link.missions import MISSION_MESSAGES, PROGRESS, PlanService
 from sitl.link.parameters import ParameterService
-from sitl.link.px4_status import MODE_OF_CODE, STATUS
+from sitl.link.px4_status import MODE_OF_CODE, STATUS, status_texts
 from sitl.link.report import Report
 from sitl.link.setpoints import setpoint_of
 from sitl.link.streams import Schedule, Streams
 from sitl.link.telemetry import TELEMETRY, Builder
-from sitl.orders import Notice, Severity, Shot, SwitchMode, Verdict
+from sitl.orders import Notice, Shot, SwitchMode, Verdict
 
 __all__ = ["Px4Link", "Px4LinkState"]
 
@@ -37,7 +37,6 @@ _SET_MODE = message_type("SET_MODE")
 _PARAMETER_MESSAGES = tuple(map(message_type, ("PARAM_REQUEST_LIST", "PARAM_REQUEST_READ", "PARAM_SET")))
 _PING = message_type("PING")
 _TIMESYNC = message_type("TIMESYNC")
-_STATUSTEXT = message_type("STATUSTEXT")
 _MESSAGE_INTERVAL = message_type("MESSAGE_INTERVAL")
 _GPS_GLOBAL_ORIGIN = message_type("GPS_GLOBAL_ORIGIN")
 _AUTOPILOT_VERSION = message_type("AUTOPILOT_VERSION")
@@ -50,13 +49,7 @@ _RESULTS = {
     Verdict.NOT_NOW: common.MAV_RESULT_TEMPORARILY_REJECTED,
     Verdict.DENIED: common.MAV_RESULT_DENIED,
 }
-_SEVERITIES = {
-    Severity.CRITICAL: common.MAV_SEVERITY_CRITICAL,
-    Severity.WARNING: common.MAV_SEVERITY_WARNING,
-    Severity.INFO: common.MAV_SEVERITY_INFO,
-}
 _CUSTOM_MODE = 1
-_TEXT_LENGTH = 50
 _OURS, _ANY = common.MAV_COMP_ID_AUTOPILOT1, common.MAV_COMP_ID_ALL
 
 
@@ -123,15 +116,8 @@ class Px4Link:
         """The notice as text, if a ground station listens; in parts when it is long."""
         if not self._hears_gcs:
             return b""
-        text = notice.text.encode("ascii", "replace")
-        parts = [text[begin : begin + _TEXT_LENGTH] for begin in range(0, len(text), _TEXT_LENGTH)]
-        number = 0
-        if len(parts) > 1:
-            number = self._text_number = self._text_number % 0xFFFF + 1
-        severity = _SEVERITIES[notice.severity]
-        return b"".join(
-            self._codec.encode(_STATUSTEXT(severity, part, number, chunk)) for chunk, part in enumerate(parts)
-        )
+        texts, self._text_number = status_texts(notice, self._text_number)
+        return b"".join(map(self._codec.encode, texts))
 
     def show(self, shot: Shot) -> bytes:
         """The picture that was taken, for whoever listens."""

@@ -61,9 +61,9 @@ def test_it_keeps_its_limits_and_comes_to_rest_at_the_end(places):
 
 
 def test_a_climb_along_a_line_stays_near_the_line():
-    """While speeding up the axes part a little: PX4 synchronises them, this does not."""
+    """While speeding up the axes part by less than a metre: PX4 synchronises them, this does not."""
     for glide in fly([(30.0, 0.0, -15.0)], seconds=40.0):
-        assert abs(-glide.down_m - 0.5 * glide.position_m.real) < 0.7
+        assert abs(-glide.down_m - 0.5 * glide.position_m.real) < 1.0
 
 
 def test_the_speed_between_close_waypoints_is_what_still_stops_at_the_one_after():

@@ -1,5 +1,6 @@
 """The mission protocol as PX4 v1.17 was seen to speak it, and as its mission manager is written."""
 
+import itertools
 import math
 
 import pytest
@@ -59,7 +60,7 @@ def test_an_unanswered_request_is_repeated_and_given_up_without_an_acknowledgeme
     client.count(3)
     heard = client.live(8.0)
     times = [at_us for at_us, _ in requests(client, pick)]
-    gaps = [b - a for a, b in zip(times, times[1:], strict=False)]
+    gaps = [b - a for a, b in itertools.pairwise(times)]
     assert set(gaps) == {260_000}
     assert times[-1] - times[0] == pytest.approx(5_070_000, abs=260_000)
     assert pick(heard, "MISSION_ACK") == []
