@@ -163,6 +163,7 @@ class _Craft:
         self.commander = Commander(self.parameters, config.loss_scale)
         self.events: list[Event] = []
         self.uploading = False
+        self.run: MissionRun = self.commander.run
         self.time_us = self.vehicle.time_us
         self._armed, self._mode = self.commander.armed, self.commander.mode
 
@@ -171,6 +172,7 @@ class _Craft:
         until_us = self.time_us + FRAME_US
         self.vehicle.advance(until_us, self.commander.command(self.vehicle))
         self.time_us = until_us
+        self.run = self.commander.run
         self._watch()
 
     @property
@@ -178,14 +180,10 @@ class _Craft:
         """What has been uploaded."""
         return self.commander.plans
 
-    @property
-    def run(self) -> MissionRun:
-        """How far the mission has come."""
-        return self.commander.run
-
     def obey(self, order: Order) -> Verdict:
         """Carry out the order, or not."""
         verdict = self.commander.obey(order, self.vehicle)
+        self.run = self.commander.run
         self._watch()
         return verdict
 
@@ -222,6 +220,7 @@ class _Craft:
         self.parameters.restore(state.parameters)
         self.vehicle.params = self.parameters.vehicle_params
         self.events, self.uploading = [], state.uploading
+        self.run = self.commander.run
         self.time_us = self.vehicle.time_us
         self._armed, self._mode = self.commander.armed, self.commander.mode
 

@@ -20,14 +20,12 @@ class Helm(Protocol):
     time_us: int
     uploading: bool
     """Whether one of the links is taking a plan."""
+    run: MissionRun
+    """How far the mission has come; the same object until it has come further."""
 
     @property
     def plans(self) -> Plans:
         """What has been uploaded."""
-
-    @property
-    def run(self) -> MissionRun:
-        """How far the mission has come; the same object until it has come further."""
 
     def set_parameter(self, name: str, value: float) -> None:
         """Change a parameter, and whatever depends on it."""

@@ -50,6 +50,9 @@ class _State(Enum):
     GIVING = auto()
 
 
+_IDLE = _State.IDLE
+
+
 @dataclass(slots=True)
 class PlanService:
     """The mission protocol on one link. What it remembers are values: `replace` copies it."""
@@ -78,14 +81,14 @@ class PlanService:
 
     def proceed(self, helm: Helm) -> list[Message]:
         """What there is to send unasked in this frame: progress, and a request that found no answer."""
-        messages: list[Message] = []
-        if helm.run is not self.told or helm.time_us >= self.slow_us:
+        now_us, messages = helm.time_us, []
+        if now_us >= self.slow_us or helm.run is not self.told:
             messages += self._progress(helm)
-        if self.state is _State.IDLE:
+        if self.state is _IDLE:
             return messages
-        if self.state is _State.TAKING and helm.time_us - self.sent_us >= _ASK_AGAIN_US:
+        if self.state is _State.TAKING and now_us - self.sent_us >= _ASK_AGAIN_US:
             messages.append(self._ask(helm))
-        if helm.time_us - self.heard_us >= _GIVE_UP_US:
+        if now_us - self.heard_us >= _GIVE_UP_US:
             self._end(helm)
         return messages
 
