@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Protocol
 
+from sitl.plans import MissionRun, PlanItem, PlanKind, Plans
 from sitl.signals import Estimate, FloatArray, GeoPoint, Setpoint
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "Condition",
     "Disarm",
     "FlightStatus",
+    "GoToItem",
     "Home",
     "Landed",
     "Mode",
@@ -20,8 +22,12 @@ __all__ = [
     "Order",
     "Reposition",
     "Severity",
+    "Shot",
+    "StartMission",
     "SwitchMode",
     "TakeOff",
+    "TakePlan",
+    "UsePayload",
     "Verdict",
 ]
 
@@ -32,6 +38,7 @@ class Mode(Enum):
     POSITION = auto()
     HOLD = auto()
     TAKEOFF = auto()
+    MISSION = auto()
     RETURN = auto()
     LAND = auto()
     OFFBOARD = auto()
@@ -101,7 +108,46 @@ class Reposition:
     speed_mps: float
 
 
-Order = Arm | Disarm | TakeOff | SwitchMode | Reposition
+@dataclass(frozen=True, slots=True)
+class TakePlan:
+    """Keep these items instead of those of the same kind; a mission's current item is `current`."""
+
+    kind: PlanKind
+    items: tuple[PlanItem, ...]
+    current: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class GoToItem:
+    """Go on with that item of the mission."""
+
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
+class StartMission:
+    """Fly the mission, and arm for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class UsePayload:
+    """Do with camera or gimbal what that item of a mission would do."""
+
+    item: PlanItem
+
+
+Order = Arm | Disarm | TakeOff | SwitchMode | Reposition | TakePlan | GoToItem | StartMission | UsePayload
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shot:
+    """A picture: when, where (as estimated) and how the camera was held."""
+
+    time_us: int
+    index: int
+    point: GeoPoint
+    height_home_m: float
+    q_ned_camera: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,3 +199,6 @@ class FlightStatus:
     failsafe: bool
     home: Home | None
     setpoint: Setpoint
+    plans: Plans
+    run: MissionRun
+    mission_ok: bool

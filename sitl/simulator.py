@@ -12,6 +12,7 @@ from sitl.link.px4 import Px4Link, Px4LinkState
 from sitl.link.report import Report
 from sitl.link.streams import GCS_RATES_HZ, OFFBOARD_RATES_HZ
 from sitl.orders import FlightStatus, Notice, Order, Verdict
+from sitl.plans import MissionRun, Plans
 from sitl.signals import FloatArray, Setpoint, TruthState
 from sitl.vehicle import FRAME_US, Vehicle, VehicleConfig, VehicleState
 
@@ -60,6 +61,7 @@ class SimulatorState:
     commander: CommanderState
     parameters: TableState
     links: tuple[Px4LinkState, ...]
+    uploading: bool
 
 
 class Simulator:
@@ -83,13 +85,13 @@ class Simulator:
             craft.advance()
             for link, out in zip(links, outs, strict=True):
                 out += link.send(craft)
-            if craft.commander.has_notices:
+            if craft.commander.has_news:
                 self._tell(outs)
         for link, data, out in zip(links, received, outs, strict=True):
             if data:
                 out += link.receive(data, craft)
         self._forward(outs)
-        if craft.commander.has_notices:
+        if craft.commander.has_news:
             self._tell(outs)
         return tuple(map(bytes, outs))
 
@@ -126,6 +128,7 @@ class Simulator:
             craft.commander.snapshot(),
             craft.parameters.snapshot(),
             tuple(link.snapshot() for link in self._links),
+            craft.uploading,
         )
 
     def restore(self, state: SimulatorState) -> None:
@@ -145,6 +148,9 @@ class Simulator:
         for notice in self._craft.take_notices():
             for link, out in zip(self._links, outs, strict=False):
                 out += link.tell(notice)
+        for shot in self._craft.commander.take_shots():
+            for link, out in zip(self._links, outs, strict=False):
+                out += link.show(shot)
 
 
 class _Craft:
@@ -156,6 +162,8 @@ class _Craft:
         self.vehicle = Vehicle(replace(config.vehicle, params=params))
         self.commander = Commander(self.parameters, config.loss_scale)
         self.events: list[Event] = []
+        self.uploading = False
+        self.run: MissionRun = self.commander.run
         self.time_us = self.vehicle.time_us
         self._armed, self._mode = self.commander.armed, self.commander.mode
 
@@ -164,11 +172,18 @@ class _Craft:
         until_us = self.time_us + FRAME_US
         self.vehicle.advance(until_us, self.commander.command(self.vehicle))
         self.time_us = until_us
+        self.run = self.commander.run
         self._watch()
+
+    @property
+    def plans(self) -> Plans:
+        """What has been uploaded."""
+        return self.commander.plans
 
     def obey(self, order: Order) -> Verdict:
         """Carry out the order, or not."""
         verdict = self.commander.obey(order, self.vehicle)
+        self.run = self.commander.run
         self._watch()
         return verdict
 
@@ -204,7 +219,8 @@ class _Craft:
         self.commander.restore(state.commander)
         self.parameters.restore(state.parameters)
         self.vehicle.params = self.parameters.vehicle_params
-        self.events = []
+        self.events, self.uploading = [], state.uploading
+        self.run = self.commander.run
         self.time_us = self.vehicle.time_us
         self._armed, self._mode = self.commander.armed, self.commander.mode
 

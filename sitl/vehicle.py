@@ -283,6 +283,11 @@ class Vehicle:
         """The attitude that the cascade steers to, FRD to NED."""
         return vector(self._mind["q_wanted_ned_frd"], 4)
 
+    @property
+    def rate_wanted(self) -> FloatArray:
+        """The body rates that the cascade steers to, about FRD axes, rad/s."""
+        return vector(self._mind["rate_wanted_frd_radps"])
+
     def _arrays(self) -> tuple[np.ndarray, ...]:
         return self._world, self._brain, self._noise, *self._ekf.arrays()
 

@@ -37,7 +37,7 @@ link autopilot estimator physics
 faults params
 airframe
 orders
-signals geo
+signals geo plans
 rotation
 kernels
 """

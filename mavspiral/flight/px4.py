@@ -54,13 +54,20 @@ PX4 = Profile(
         {
             MessageId.HEARTBEAT,
             MessageId.PARAM_VALUE,
+            MessageId.MISSION_CURRENT,  # no stream: PX4 goes on sending it whatever one asks
             MessageId.GPS_GLOBAL_ORIGIN,
             MessageId.COMMAND_ACK,
             MessageId.AUTOPILOT_VERSION,
             MessageId.STATUSTEXT,
         }
     ),
-    quiet=frozenset({MessageId.POSITION_TARGET_LOCAL_NED, MessageId.POSITION_TARGET_GLOBAL_INT}),
+    quiet=frozenset(
+        {
+            MessageId.ATTITUDE_TARGET,
+            MessageId.POSITION_TARGET_LOCAL_NED,
+            MessageId.POSITION_TARGET_GLOBAL_INT,
+        }
+    ),
     lead_s=0.02,
     tilt_lead_s=0.12,
     pre_stream_s=1.0,

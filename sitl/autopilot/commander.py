@@ -8,64 +8,43 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from sitl.autopilot.arming import home_of, idle_limit_us, is_ready, why_not_arm
-from sitl.autopilot.course import Course, begin_course
-from sitl.autopilot.glide import start_glide
-from sitl.autopilot.modes import MODES, Briefing, climbs, repositioned
+from sitl.autopilot.course import begin_course
+from sitl.autopilot.memory import NOTHING, CommanderState
+from sitl.autopilot.modes import MODES, climbs, repositioned
 from sitl.autopilot.offboard import commands_every_axis, is_streamed, mode_after_loss
+from sitl.autopilot.planning import leave_mission, shoot, stand_down_mission, take_plan
+from sitl.autopilot.progress import briefing_of, proceed
 from sitl.orders import (
     Arm,
     Condition,
     Disarm,
     FlightStatus,
-    Home,
+    GoToItem,
     Landed,
     Mode,
     Notice,
     Order,
     Reposition,
     Severity,
+    Shot,
+    StartMission,
     SwitchMode,
     TakeOff,
+    TakePlan,
+    UsePayload,
     Verdict,
 )
-from sitl.signals import Demand, Setpoint, vector
+from sitl.plans import MissionRun, Plans
+from sitl.signals import Demand, Setpoint
 
 __all__ = ["Commander", "CommanderState"]
 
-_NAN3 = (math.nan, math.nan, math.nan)
-_NOTHING = Setpoint(vector(_NAN3), vector(_NAN3), vector(_NAN3), math.nan, math.nan)
-_DISARMED = Demand(armed=False, idle=True, setpoint=_NOTHING)
-_IDLE = Demand(armed=True, idle=True, setpoint=_NOTHING)
+_DISARMED = Demand(armed=False, idle=True, setpoint=NOTHING)
+_IDLE = Demand(armed=True, idle=True, setpoint=NOTHING)
 _ALOFT = {Mode.TAKEOFF: Landed.TAKING_OFF, Mode.LAND: Landed.LANDING}
-
-
-@dataclass(slots=True)
-class CommanderState:
-    """All that the commander remembers. Its parts are values, so that a copy is a snapshot."""
-
-    time_us: int = 0
-    armed: bool = False
-    armed_at_us: int = 0
-    flown: bool = False
-    standing_since_us: int | None = None
-    mode: Mode = Mode.HOLD
-    failsafe: Mode | None = None
-    """What is done instead of `mode` while setpoints are missing."""
-    takeoff_alt_amsl_m: float = math.nan
-    steering: Setpoint | None = None
-    steered_at_us: int | None = None
-    course: Course | None = None
-    setpoint: Setpoint = _NOTHING
-    home: Home | None = None
-    notices: tuple[Notice, ...] = ()
-
-    @property
-    def conduct(self) -> Mode:
-        """What is really done now."""
-        return self.failsafe or self.mode
 
 
 class Commander:
@@ -90,6 +69,16 @@ class Commander:
         """What is really done now."""
         return self._state.conduct
 
+    @property
+    def plans(self) -> Plans:
+        """What has been uploaded."""
+        return self._state.plans
+
+    @property
+    def run(self) -> MissionRun:
+        """How far the mission has come."""
+        return self._state.run
+
     def obey(self, order: Order, condition: Condition) -> Verdict:
         """Carry out the order, or not."""
         match order:
@@ -105,6 +94,19 @@ class Commander:
                 return self._switch(mode, condition)
             case Reposition():
                 return self._reposition(order, condition)
+            case TakePlan():
+                for notice in take_plan(self._state, order, condition, self.parameters):
+                    self._notify(condition, *notice)
+                return Verdict.ACCEPTED
+            case GoToItem(seq):
+                return self._go_to(seq)
+            case StartMission():
+                verdict = self._switch(Mode.MISSION, condition)
+                return self._arm(condition, force=False) if verdict is Verdict.ACCEPTED else verdict
+            case UsePayload(item):
+                told = self._state.payload.told(item, self._state.home)
+                self._state.payload = replace(told, paused=False)
+                return Verdict.ACCEPTED
 
     def steer(self, setpoint: Setpoint, condition: Condition) -> None:
         """Take an OFFBOARD setpoint: a proof of life in any mode, obeyed in OFFBOARD only.
@@ -127,6 +129,8 @@ class Commander:
         state.time_us = condition.time_us
         if state.home is None:
             state.home = home_of(condition) if is_ready(condition) else None
+        if state.payload.is_waiting:
+            shoot(state, condition)
         if state.armed:
             self._watch_ground(condition)
         if not state.armed:
@@ -138,7 +142,7 @@ class Commander:
         if state.conduct is Mode.OFFBOARD and state.steering is not None:
             state.setpoint = state.steering
         else:
-            state.setpoint = self._proceed(condition, dt_s)
+            state.setpoint = proceed(state, condition, dt_s, self.parameters)
         return Demand(armed=True, idle=False, setpoint=state.setpoint)
 
     def status(self, condition: Condition) -> FlightStatus:
@@ -153,12 +157,20 @@ class Commander:
             failsafe=state.failsafe is not None,
             home=state.home,
             setpoint=state.setpoint,
+            plans=state.plans,
+            run=state.run,
+            mission_ok=state.mission_ok,
         )
 
     @property
-    def has_notices(self) -> bool:
-        """Whether there is something to tell."""
-        return bool(self._state.notices)
+    def has_news(self) -> bool:
+        """Whether there is something to tell or to show."""
+        return bool(self._state.notices or self._state.shots)
+
+    def take_shots(self) -> tuple[Shot, ...]:
+        """The pictures since the last call."""
+        shots, self._state.shots = self._state.shots, ()
+        return shots
 
     def take_notices(self) -> tuple[Notice, ...]:
         """What there is to tell since the last call."""
@@ -201,20 +213,25 @@ class Commander:
     def _stand_down(self, condition: Condition, text: str) -> None:
         state = self._state
         state.armed, state.failsafe, state.steering, state.course = False, None, None, None
-        state.setpoint = _NOTHING
+        state.setpoint = NOTHING
+        stand_down_mission(state)
         state.mode = MODES[state.mode].after_disarm or state.mode
         self._notify(condition, Severity.INFO, text)
 
     def _switch(self, mode: Mode, condition: Condition) -> Verdict:
         state = self._state
         lost = state.armed and mode is Mode.OFFBOARD and not self._streamed(condition)
-        if lost or (MODES[mode].needs_home and state.home is None):
+        row = MODES[mode]
+        homeless = row.needs_home and state.home is None
+        if lost or homeless or (row.needs_mission and not state.mission_ok):
             self._notify(
                 condition,
                 Severity.CRITICAL,
                 f"Switching to mode '{mode.name.capitalize()}' is currently not available",
             )
             return Verdict.NOT_NOW
+        if mode is not Mode.MISSION:
+            leave_mission(state)
         if state.conduct is not mode or mode is Mode.TAKEOFF:
             state.steering = state.course = None
         state.mode, state.failsafe = mode, None
@@ -224,11 +241,21 @@ class Commander:
         state, origin = self._state, condition.origin
         if origin is None or not condition.estimate.position_ok:
             return Verdict.NOT_NOW
+        leave_mission(state)
         state.mode, state.failsafe = Mode.HOLD, None
         if not self._may_fly(condition):
             return Verdict.ACCEPTED
-        course = self._begin(condition)
+        course = begin_course(Mode.HOLD, briefing_of(state, condition, self.parameters))
         state.course = replace(course, route=(repositioned(order, origin, course.route[-1]),))
+        return Verdict.ACCEPTED
+
+    def _go_to(self, seq: int) -> Verdict:
+        state = self._state
+        if not 0 <= seq < len(state.plans.mission):
+            return Verdict.DENIED
+        state.run = replace(state.run, seq=seq, finished=False)
+        if state.conduct is Mode.MISSION:
+            state.course = None
         return Verdict.ACCEPTED
 
     def _streamed(self, condition: Condition) -> bool:
@@ -272,28 +299,6 @@ class Commander:
             return False
         spooled_us = state.armed_at_us + 1e6 * self.parameters["COM_SPOOLUP_TIME"]
         return state.flown or condition.time_us >= spooled_us
-
-    def _proceed(self, condition: Condition, dt_s: float) -> Setpoint:
-        """The setpoint a frame further along the mode's route."""
-        state = self._state
-        if state.course is None:
-            self._begin(condition)
-        assert state.course is not None
-        state.course = state.course.step(condition, dt_s, self.parameters)
-        then = MODES[state.mode].then
-        if then is not None and state.failsafe is None and state.course.arrived(condition, self.parameters):
-            state.mode = then
-        return state.course.setpoint
-
-    def _begin(self, condition: Condition) -> Course:
-        """Lay the mode's route from here."""
-        state = self._state
-        briefing = Briefing(
-            condition, start_glide(condition.estimate), state.home, state.takeoff_alt_amsl_m, self.parameters
-        )
-        course = begin_course(state.conduct, briefing)
-        state.course = course
-        return course
 
     def _notify(self, condition: Condition, severity: Severity, text: str) -> None:
         self._state.notices = (*self._state.notices, Notice(condition.time_us, severity, text))

@@ -11,7 +11,7 @@ from sitl.autopilot.modes import MODES, Briefing, Route, Waypoint
 from sitl.orders import Condition, Mode
 from sitl.signals import Setpoint
 
-__all__ = ["Course", "begin_course"]
+__all__ = ["Course", "begin_course", "landing", "lifting"]
 
 _FAR_BELOW_M = 1000.0
 
@@ -31,9 +31,12 @@ class Course:
         """What the cascade shall follow now. A landing has no height to go to, only a speed."""
         return self.glide.setpoint(height=not self.route[0].is_landing)
 
-    def arrived(self, condition: Condition, parameters: Mapping[str, float]) -> bool:
-        """Whether the vehicle is at the last waypoint."""
-        return len(self.route) == 1 and _reached(self.route[0], condition, parameters)
+    def follows(self, condition: Condition, parameters: Mapping[str, float]) -> Mode | None:
+        """The mode that comes after this one, once the vehicle is at the last waypoint."""
+        then = MODES[self.mode].then
+        if then is None or len(self.route) > 1 or not _reached(self.route[0], condition, parameters):
+            return None
+        return then
 
     def step(self, condition: Condition, dt_s: float, parameters: Mapping[str, float]) -> Course:
         """The course `dt_s` later."""
@@ -74,6 +77,16 @@ def begin_course(mode: Mode, briefing: Briefing) -> Course:
     return Course(
         mode, briefing.condition.time_us, ground_down_m, MODES[mode].route(briefing), briefing.glide
     )
+
+
+def lifting(top: Waypoint, briefing: Briefing) -> Course:
+    """A take-off to that place."""
+    return Course(Mode.TAKEOFF, briefing.condition.time_us, math.nan, (top,), briefing.glide)
+
+
+def landing(place_m: complex, ground_down_m: float, glide: Glide) -> Course:
+    """A landing at that place."""
+    return Course(Mode.LAND, 0, ground_down_m, (Waypoint(place_m, math.inf),), glide)
 
 
 def _reached(goal: Waypoint, condition: Condition, parameters: Mapping[str, float]) -> bool:

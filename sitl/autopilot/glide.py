@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from sitl.signals import Estimate, Setpoint, vector
 
-__all__ = ["Glide", "GlideLimits", "start_glide", "step_glide", "stopping_point"]
+__all__ = ["Glide", "GlideLimits", "follow_speed", "start_glide", "step_glide", "stopping_point"]
 
 _K = 0.8  # 1/s, speed per distance near the goal
 _PLANNED = 0.5
@@ -125,6 +125,13 @@ def _approach(
     way = goal - p
     distance = abs(way)
     wanted_v = way * (min(speed, _braking_speed(distance, acceleration)) / distance) if distance else 0 * way
+    return follow_speed(p, v, a, wanted_v, acceleration, jerk, dt)
+
+
+def follow_speed(
+    p: _Number, v: _Number, a: _Number, wanted_v: _Number, acceleration: float, jerk: float, dt: float
+) -> tuple[_Number, _Number, _Number]:
+    """Position, velocity and acceleration a step later, on the way to the wanted velocity."""
     missing_v = wanted_v - v
     settling = math.sqrt(2.0 * _PLANNED * jerk * abs(missing_v))
     wanted_a = _limited(missing_v * _K_SPEED, min(acceleration, settling))

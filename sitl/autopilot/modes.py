@@ -1,6 +1,6 @@
 """The modes as a table: what each does, and when it may be entered.
 
-Apart from OFFBOARD a mode is a route to glide along. A waypoint whose `down_m` is infinite is a landing.
+Apart from OFFBOARD and MISSION a mode is a route to glide along. A waypoint whose `down_m` is infinite is a landing.
 Simpler than PX4: while returning, the nose keeps its heading.
 """
 
@@ -60,6 +60,7 @@ class ModeRow:
     arms: bool = True
     leaves_ground: bool = False
     needs_home: bool = False
+    needs_mission: bool = False
 
 
 def climbs(condition: Condition, alt_amsl_m: float) -> bool:
@@ -120,6 +121,9 @@ MODES: Mapping[Mode, ModeRow] = {
     Mode.POSITION: ModeRow(_stop_here),
     Mode.HOLD: ModeRow(_stop_here),
     Mode.TAKEOFF: ModeRow(_climb, then=Mode.HOLD, after_disarm=Mode.HOLD, leaves_ground=True),
+    Mode.MISSION: ModeRow(
+        _stop_here, then=Mode.HOLD, leaves_ground=True, needs_home=True, needs_mission=True
+    ),
     Mode.RETURN: ModeRow(_fly_home, after_disarm=Mode.HOLD, arms=False, needs_home=True),
     Mode.LAND: ModeRow(_land_here, after_disarm=Mode.HOLD, arms=False),
     Mode.OFFBOARD: ModeRow(_stop_here, leaves_ground=True),

@@ -9,7 +9,19 @@ from typing import NamedTuple
 from pymavlink.dialects.v20 import common
 
 from sitl.link.messages import Message
-from sitl.orders import Arm, Disarm, FlightStatus, Mode, Order, Reposition, SwitchMode, TakeOff
+from sitl.orders import (
+    Arm,
+    Disarm,
+    FlightStatus,
+    Mode,
+    Order,
+    Reposition,
+    StartMission,
+    SwitchMode,
+    TakeOff,
+    UsePayload,
+)
+from sitl.plans import PlanItem
 
 __all__ = ["ORDERS", "Command", "command_of"]
 
@@ -60,6 +72,32 @@ def _switch_to(mode: Mode) -> Callable[[Command, FlightStatus], Order]:
     return lambda _command, _flight: SwitchMode(mode)
 
 
+def _start_mission(command: Command, flight: FlightStatus) -> Order | None:
+    """PX4 looks at the first item (-1 or a number) and at the mission, and then flies from its current item."""
+    first_ok = -1.0 <= command.param1 < len(flight.plans.mission)
+    return StartMission() if flight.mission_ok and first_ok else None
+
+
+def _use_payload(command: Command, _: FlightStatus) -> Order:
+    """As in a mission; a place's height is AMSL."""
+    placed = command.number in _WITH_PLACE
+    frame = common.MAV_FRAME_GLOBAL if placed else common.MAV_FRAME_MISSION
+    return UsePayload(PlanItem(command.number, frame, command[1:]))
+
+
+_WITH_PLACE = (common.MAV_CMD_DO_SET_ROI, common.MAV_CMD_DO_SET_ROI_LOCATION)
+_PAYLOAD = (
+    *_WITH_PLACE,
+    common.MAV_CMD_DO_SET_ROI_NONE,
+    common.MAV_CMD_DO_DIGICAM_CONTROL,
+    common.MAV_CMD_DO_MOUNT_CONTROL,
+    common.MAV_CMD_DO_SET_CAM_TRIGG_DIST,
+    common.MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL,
+    common.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW,
+    common.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE,
+    common.MAV_CMD_IMAGE_START_CAPTURE,
+    common.MAV_CMD_IMAGE_STOP_CAPTURE,
+)
 ORDERS: Mapping[int, Callable[[Command, FlightStatus], Order | None]] = {
     common.MAV_CMD_COMPONENT_ARM_DISARM: _arming,
     common.MAV_CMD_NAV_TAKEOFF: _take_off,
@@ -67,5 +105,7 @@ ORDERS: Mapping[int, Callable[[Command, FlightStatus], Order | None]] = {
     common.MAV_CMD_NAV_RETURN_TO_LAUNCH: _switch_to(Mode.RETURN),
     common.MAV_CMD_NAV_LOITER_UNLIM: _switch_to(Mode.HOLD),
     common.MAV_CMD_DO_REPOSITION: _reposition,
+    common.MAV_CMD_MISSION_START: _start_mission,
+    **dict.fromkeys(_PAYLOAD, _use_payload),
 }
 """What each command orders; None: it orders nothing that can be done, and is denied."""

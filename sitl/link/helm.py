@@ -7,6 +7,7 @@ from typing import Protocol
 from sitl.link.parameters import ParameterTable
 from sitl.link.report import Report
 from sitl.orders import Order, Verdict
+from sitl.plans import MissionRun, Plans
 from sitl.signals import FloatArray, Setpoint
 
 __all__ = ["Helm"]
@@ -17,6 +18,14 @@ class Helm(Protocol):
 
     parameters: ParameterTable
     time_us: int
+    uploading: bool
+    """Whether one of the links is taking a plan."""
+    run: MissionRun
+    """How far the mission has come; the same object until it has come further."""
+
+    @property
+    def plans(self) -> Plans:
+        """What has been uploaded."""
 
     def set_parameter(self, name: str, value: float) -> None:
         """Change a parameter, and whatever depends on it."""

@@ -8,8 +8,9 @@ from collections.abc import Mapping
 from sitl.link.messages import Message, MessageType, message_type
 from sitl.link.report import Report, heading_deg, whole
 from sitl.link.telemetry import Builder
+from sitl.orders import Shot
 
-__all__ = ["INSTRUMENTS"]
+__all__ = ["INSTRUMENTS", "image_captured"]
 
 _HIGHRES_IMU = message_type("HIGHRES_IMU")
 _SCALED_PRESSURE = message_type("SCALED_PRESSURE")
@@ -18,6 +19,7 @@ _VFR_HUD = message_type("VFR_HUD")
 _BATTERY_STATUS = message_type("BATTERY_STATUS")
 _SERVO_OUTPUT_RAW = message_type("SERVO_OUTPUT_RAW")
 _SYSTEM_TIME = message_type("SYSTEM_TIME")
+_CAMERA_IMAGE_CAPTURED = message_type("CAMERA_IMAGE_CAPTURED")
 
 _EPOCH_UNIX_US = 1_767_225_600_000_000
 """What the vehicle takes for the date at its start: 2026-01-01. A real clock would make flights differ."""
@@ -112,6 +114,24 @@ def _servo_output_raw(report: Report) -> Message:
 
 def _system_time(report: Report) -> Message:
     return _SYSTEM_TIME(time_unix_usec=_EPOCH_UNIX_US + report.time_us, time_boot_ms=report.time_ms)
+
+
+def image_captured(shot: Shot) -> Message:
+    """Where the camera was, and how it was held, when it took the picture."""
+    point = shot.point
+    return _CAMERA_IMAGE_CAPTURED(
+        time_utc=_EPOCH_UNIX_US + shot.time_us,
+        time_boot_ms=shot.time_us // 1000 & 0xFFFFFFFF,
+        lat=whole(point.lat_deg * 1e7, _I32),
+        lon=whole(point.lon_deg * 1e7, _I32),
+        alt=whole(point.alt_amsl_m * 1e3, _I32),
+        relative_alt=whole(shot.height_home_m * 1e3, _I32),
+        q=tuple(shot.q_ned_camera.tolist()),
+        image_index=shot.index,
+        camera_id=0,
+        capture_result=1,
+        file_url=b"",
+    )
 
 
 INSTRUMENTS: Mapping[MessageType, Builder] = {

@@ -15,15 +15,16 @@ from pymavlink.dialects.v20 import common
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import ORDERS, Command, command_of
 from sitl.link.helm import Helm
-from sitl.link.instruments import INSTRUMENTS
+from sitl.link.instruments import INSTRUMENTS, image_captured
 from sitl.link.messages import Message, MessageType, message_type
+from sitl.link.missions import MISSION_MESSAGES, PROGRESS, PlanService
 from sitl.link.parameters import ParameterService
-from sitl.link.px4_status import MODE_OF_CODE, STATUS
+from sitl.link.px4_status import MODE_OF_CODE, STATUS, status_texts
 from sitl.link.report import Report
 from sitl.link.setpoints import setpoint_of
 from sitl.link.streams import Schedule, Streams
 from sitl.link.telemetry import TELEMETRY, Builder
-from sitl.orders import Notice, Severity, SwitchMode, Verdict
+from sitl.orders import Notice, Shot, SwitchMode, Verdict
 
 __all__ = ["Px4Link", "Px4LinkState"]
 
@@ -36,26 +37,19 @@ _SET_MODE = message_type("SET_MODE")
 _PARAMETER_MESSAGES = tuple(map(message_type, ("PARAM_REQUEST_LIST", "PARAM_REQUEST_READ", "PARAM_SET")))
 _PING = message_type("PING")
 _TIMESYNC = message_type("TIMESYNC")
-_STATUSTEXT = message_type("STATUSTEXT")
 _MESSAGE_INTERVAL = message_type("MESSAGE_INTERVAL")
 _GPS_GLOBAL_ORIGIN = message_type("GPS_GLOBAL_ORIGIN")
 _AUTOPILOT_VERSION = message_type("AUTOPILOT_VERSION")
 
 _BUILDERS: Mapping[int, Builder] = {
-    kind.ID: builder for kind, builder in {**TELEMETRY, **INSTRUMENTS, **STATUS}.items()
+    kind.ID: builder for kind, builder in {**TELEMETRY, **INSTRUMENTS, **STATUS, **PROGRESS}.items()
 }
 _RESULTS = {
     Verdict.ACCEPTED: common.MAV_RESULT_ACCEPTED,
     Verdict.NOT_NOW: common.MAV_RESULT_TEMPORARILY_REJECTED,
     Verdict.DENIED: common.MAV_RESULT_DENIED,
 }
-_SEVERITIES = {
-    Severity.CRITICAL: common.MAV_SEVERITY_CRITICAL,
-    Severity.WARNING: common.MAV_SEVERITY_WARNING,
-    Severity.INFO: common.MAV_SEVERITY_INFO,
-}
 _CUSTOM_MODE = 1
-_TEXT_LENGTH = 50
 _OURS, _ANY = common.MAV_COMP_ID_AUTOPILOT1, common.MAV_COMP_ID_ALL
 
 
@@ -66,6 +60,7 @@ class Px4LinkState:
     codec: CodecState
     schedule: Schedule
     parameters: ParameterService
+    plans: PlanService
     verdicts: tuple[Message, ...]
     hears_gcs: bool
     told_origin: Message | None
@@ -80,6 +75,7 @@ class Px4Link:
         self._codec = Codec(system, _OURS)
         self._streams = Streams(rates_hz)
         self._parameters = ParameterService()
+        self._plans = PlanService()
         self._verdicts: tuple[Message, ...] = ()
         self._hears_gcs = False
         self._heartbeats: list[Received] = []
@@ -105,6 +101,8 @@ class Px4Link:
             out += self._codec.encode(message)
         for message in self._parameters.proceed(helm.parameters):
             out += self._codec.encode(message)
+        for message in self._plans.proceed(helm):
+            out += self._codec.encode(message)
         due = self._streams.due(helm.time_us)
         if due:
             report = helm.report()
@@ -118,15 +116,12 @@ class Px4Link:
         """The notice as text, if a ground station listens; in parts when it is long."""
         if not self._hears_gcs:
             return b""
-        text = notice.text.encode("ascii", "replace")
-        parts = [text[begin : begin + _TEXT_LENGTH] for begin in range(0, len(text), _TEXT_LENGTH)]
-        number = 0
-        if len(parts) > 1:
-            number = self._text_number = self._text_number % 0xFFFF + 1
-        severity = _SEVERITIES[notice.severity]
-        return b"".join(
-            self._codec.encode(_STATUSTEXT(severity, part, number, chunk)) for chunk, part in enumerate(parts)
-        )
+        texts, self._text_number = status_texts(notice, self._text_number)
+        return b"".join(map(self._codec.encode, texts))
+
+    def show(self, shot: Shot) -> bytes:
+        """The picture that was taken, for whoever listens."""
+        return self._codec.encode(image_captured(shot))
 
     def take_heartbeats(self) -> list[Received]:
         """The heartbeats heard since the last call, for other links to pass on."""
@@ -143,6 +138,7 @@ class Px4Link:
             self._codec.snapshot(),
             self._streams.snapshot(),
             replace(self._parameters),
+            replace(self._plans),
             self._verdicts,
             self._hears_gcs,
             self._told_origin,
@@ -154,7 +150,7 @@ class Px4Link:
         """Go on from a snapshot."""
         self._codec.restore(state.codec)
         self._streams.restore(state.schedule)
-        self._parameters = replace(state.parameters)
+        self._parameters, self._plans = replace(state.parameters), replace(state.plans)
         self._verdicts, self._hears_gcs = state.verdicts, state.hears_gcs
         self._told_origin = state.told_origin
         self._ping_sequence, self._text_number = state.ping_sequence, state.text_number
@@ -193,6 +189,9 @@ class Px4Link:
         if not self._addresses_us(received.message):
             return []
         return self._parameters.receive(received.message, helm.parameters, helm.set_parameter)
+
+    def _on_plan(self, received: Received, helm: Helm) -> list[Message]:
+        return self._plans.receive(received, helm) if self._addresses_us(received.message) else []
 
     def _on_ping(self, received: Received, _: Helm) -> list[Message]:
         ping = received.message
@@ -287,6 +286,7 @@ _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message
     _PING: Px4Link._on_ping,
     _TIMESYNC: Px4Link._on_timesync,
     **dict.fromkeys(_PARAMETER_MESSAGES, Px4Link._on_parameter),
+    **dict.fromkeys(MISSION_MESSAGES, Px4Link._on_plan),
 }
 _COMMANDS: Mapping[int, Callable[[Px4Link, Command, Received, Helm], list[Message]]] = {
     common.MAV_CMD_DO_SET_MODE: Px4Link._do_set_mode,

@@ -9,19 +9,21 @@ from pymavlink.dialects.v20 import common
 from sitl.link.messages import Message, MessageType, message_type
 from sitl.link.report import Report, whole
 from sitl.link.telemetry import Builder
-from sitl.orders import Landed, Mode
+from sitl.orders import Landed, Mode, Notice, Severity
 
-__all__ = ["MODE_OF_CODE", "STATUS"]
+__all__ = ["MODE_OF_CODE", "STATUS", "status_texts"]
 
 _HEARTBEAT = message_type("HEARTBEAT")
 _SYS_STATUS = message_type("SYS_STATUS")
 _EXTENDED_SYS_STATE = message_type("EXTENDED_SYS_STATE")
 _AUTOPILOT_VERSION = message_type("AUTOPILOT_VERSION")
+_STATUSTEXT = message_type("STATUSTEXT")
 
 _MODE_CODES: Mapping[Mode, tuple[int, int]] = {
     Mode.POSITION: (3, 0),
     Mode.TAKEOFF: (4, 2),
     Mode.HOLD: (4, 3),
+    Mode.MISSION: (4, 4),
     Mode.RETURN: (4, 5),
     Mode.LAND: (4, 6),
     Mode.OFFBOARD: (6, 0),
@@ -39,6 +41,13 @@ _LANDED_STATES = {
     Landed.TAKING_OFF: common.MAV_LANDED_STATE_TAKEOFF,
     Landed.LANDING: common.MAV_LANDED_STATE_LANDING,
 }
+
+_SEVERITIES = {
+    Severity.CRITICAL: common.MAV_SEVERITY_CRITICAL,
+    Severity.WARNING: common.MAV_SEVERITY_WARNING,
+    Severity.INFO: common.MAV_SEVERITY_INFO,
+}
+_TEXT_LENGTH = 50
 
 _SENSES = (
     common.MAV_SYS_STATUS_SENSOR_3D_GYRO
@@ -121,6 +130,17 @@ def _autopilot_version(_: Report) -> Message:
         os_custom_version=(0,) * 8,
         uid2=(0,) * 18,
     )
+
+
+def status_texts(notice: Notice, number: int) -> tuple[list[Message], int]:
+    """The notice as text, in numbered parts when it is long; and the number that was used last."""
+    text = notice.text.encode("ascii", "replace")
+    parts = [text[begin : begin + _TEXT_LENGTH] for begin in range(0, len(text), _TEXT_LENGTH)]
+    mine = 0
+    if len(parts) > 1:
+        mine = number = number % 0xFFFF + 1
+    severity = _SEVERITIES[notice.severity]
+    return [_STATUSTEXT(severity, part, mine, chunk) for chunk, part in enumerate(parts)], number
 
 
 STATUS: Mapping[MessageType, Builder] = {

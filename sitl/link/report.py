@@ -66,6 +66,14 @@ class Instruments(Protocol):
         """What the motors are asked for together, 0…1."""
 
     @property
+    def attitude_wanted(self) -> FloatArray:
+        """What the cascade steers to, `q_ned_frd`."""
+
+    @property
+    def rate_wanted(self) -> FloatArray:
+        """The body rates that the cascade steers to, about FRD axes."""
+
+    @property
     def motors(self) -> FloatArray:
         """What each motor is asked for, 0…1."""
 

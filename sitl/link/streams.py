@@ -17,6 +17,7 @@ OFFBOARD_RATES_HZ: Mapping[str, float] = {
     "ODOMETRY": 30.0,
     "TIMESYNC": 10.0,
     "ALTITUDE": 10.0,
+    "ATTITUDE_TARGET": 10.0,
     "POSITION_TARGET_LOCAL_NED": 10.0,
     "SERVO_OUTPUT_RAW": 10.0,
     "VFR_HUD": 10.0,

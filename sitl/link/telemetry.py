@@ -19,6 +19,7 @@ _LOCAL_POSITION_NED = message_type("LOCAL_POSITION_NED")
 _GLOBAL_POSITION_INT = message_type("GLOBAL_POSITION_INT")
 _ODOMETRY = message_type("ODOMETRY")
 _POSITION_TARGET_LOCAL_NED = message_type("POSITION_TARGET_LOCAL_NED")
+_ATTITUDE_TARGET = message_type("ATTITUDE_TARGET")
 _ALTITUDE = message_type("ALTITUDE")
 _ESTIMATOR_STATUS = message_type("ESTIMATOR_STATUS")
 _HOME_POSITION = message_type("HOME_POSITION")
@@ -107,6 +108,19 @@ def _position_target(report: Report) -> Message | None:
     )
 
 
+def _attitude_target(report: Report) -> Message | None:
+    if not report.flight.armed:
+        return None
+    instruments = report.instruments
+    return _ATTITUDE_TARGET(
+        report.time_ms,
+        tuple(instruments.attitude_wanted.tolist()),
+        *instruments.rate_wanted.tolist(),
+        thrust=instruments.thrust,
+        type_mask=0,
+    )
+
+
 def _altitude(report: Report) -> Message:
     place, height_local_m = report.place, -float(report.estimate.position_ned_m[2])
     return _ALTITUDE(
@@ -173,6 +187,7 @@ TELEMETRY: Mapping[MessageType, Builder] = {
     _GLOBAL_POSITION_INT: _global_position_int,
     _ODOMETRY: _odometry,
     _POSITION_TARGET_LOCAL_NED: _position_target,
+    _ATTITUDE_TARGET: _attitude_target,
     _ALTITUDE: _altitude,
     _ESTIMATOR_STATUS: _estimator_status,
     _HOME_POSITION: _home_position,

@@ -47,9 +47,41 @@ def is_free(port):
 def free_instance():
     """An instance that shares no port with any vehicle at work, nor with 14550, where clients listen."""
     for instance in range(20, 250):
-        if all(is_free(base + instance) for base in (14540, 14550, 14580, 18570)):
+        # Ten further on, another vehicle's offboard link sends to where our ground station listens.
+        neighbours = (14570 + instance, 14590 + instance)
+        if all(
+            map(is_free, (14540 + instance, 14550 + instance, 14580 + instance, 18570 + instance))
+        ) and all(map(is_free, neighbours)):
             return instance
     raise RuntimeError("no free instance")
+
+
+def launch(*options, instance=None):
+    """Start `python -m sitl` and wait until it is ready to arm."""
+    instance = free_instance() if instance is None else instance
+    process = subprocess.Popen(
+        [sys.executable, "-m", "sitl", "--instance", str(instance), *options],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    vehicle = Vehicle(process, instance, [])
+    ready = threading.Event()
+
+    def listen():
+        for line in process.stdout:
+            vehicle.lines.append(line.rstrip())
+            if "ready to arm" in line:
+                ready.set()
+
+    threading.Thread(target=listen, daemon=True).start()
+    return vehicle, ready
+
+
+def stop(vehicle):
+    vehicle.process.send_signal(signal.SIGINT)
+    assert vehicle.process.wait(10.0) == 0, vehicle.process.stderr.read()
 
 
 @pytest.fixture
@@ -57,29 +89,20 @@ def start_vehicle():
     started = []
 
     def start(*options, instance=None):
-        instance = free_instance() if instance is None else instance
-        process = subprocess.Popen(
-            [sys.executable, "-m", "sitl", "--instance", str(instance), *options],
-            cwd=ROOT,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        vehicle = Vehicle(process, instance, [])
-        ready = threading.Event()
-
-        def listen():
-            for line in process.stdout:
-                vehicle.lines.append(line.rstrip())
-                if "ready to arm" in line:
-                    ready.set()
-
-        threading.Thread(target=listen, daemon=True).start()
+        vehicle, ready = launch(*options, instance=instance)
         started.append(vehicle)
-        assert ready.wait(START_LIMIT_S), (vehicle.lines, process.poll())
+        assert ready.wait(START_LIMIT_S), (vehicle.lines, vehicle.process.poll())
         return vehicle
 
     yield start
     for vehicle in started:
-        vehicle.process.send_signal(signal.SIGINT)
-        assert vehicle.process.wait(10.0) == 0, vehicle.process.stderr.read()
+        stop(vehicle)
+
+
+@pytest.fixture(scope="module")
+def shared_vehicle():
+    """One vehicle for all tests of a file, at eight times real time."""
+    vehicle, ready = launch("--speedup", "8")
+    assert ready.wait(START_LIMIT_S), (vehicle.lines, vehicle.process.poll())
+    yield vehicle
+    stop(vehicle)

@@ -117,6 +117,64 @@ class Client:
         self.live(2.0)
         return self
 
+    def item(self, seq, command, params, frame=3, kind=0, current=0, link=0, autocontinue=1):
+        """One MISSION_ITEM_INT. `params` are all seven; a place's are degrees and metres."""
+        p1, p2, p3, p4, x, y, z = params
+        degree = 1 if frame == 2 else 1e7
+        self.say(
+            "MISSION_ITEM_INT",
+            link,
+            param1=p1,
+            param2=p2,
+            param3=p3,
+            param4=p4,
+            x=round(x * degree),
+            y=round(y * degree),
+            z=z,
+            seq=seq,
+            command=command,
+            target_system=1,
+            target_component=1,
+            frame=frame,
+            current=current,
+            autocontinue=autocontinue,
+            mission_type=kind,
+        )
+
+    def count(self, count, kind=0, link=0):
+        self.say("MISSION_COUNT", link, count=count, target_system=1, target_component=1, mission_type=kind)
+
+    def upload(self, items, kind=0, link=0, limit_s=10.0):
+        """Upload (command, params, frame) items; the MISSION_ACK's result, None when there was none."""
+        self.count(len(items), kind, link)
+        for _ in range(round(limit_s * 100)):
+            heard = self.live(0.01)
+            for ack in messages(heard, "MISSION_ACK"):
+                return ack.type
+            for request in messages(heard, "MISSION_REQUEST_INT"):
+                command, params, frame = items[request.seq]
+                self.item(request.seq, command, params, frame, kind, int(request.seq == 0), link)
+        return None
+
+    def download(self, kind=0, link=0):
+        """All items of that kind, read back as MISSION_ITEM_INT."""
+        self.say("MISSION_REQUEST_LIST", link, target_system=1, target_component=1, mission_type=kind)
+        (count,) = messages(self.live(0.02), "MISSION_COUNT")
+        items = []
+        for seq in range(count.count):
+            self.say(
+                "MISSION_REQUEST_INT",
+                link,
+                seq=seq,
+                target_system=1,
+                target_component=1,
+                mission_type=kind,
+            )
+            items += messages(self.live(0.02), "MISSION_ITEM_INT")
+        self.say("MISSION_ACK", link, target_system=1, target_component=1, type=0, mission_type=kind)
+        self.live(0.02)
+        return items
+
     def quiet(self):
         """Switch all telemetry off."""
         for message_id in (
@@ -154,9 +212,10 @@ def messages(heard, name):
 
 @pytest.fixture
 def new_client():
-    def make(links=1, **config):
+    def make(links=1, home=HOME, params=None, **config):
         airframe = load_airframe("x500")
-        vehicle = VehicleConfig(airframe=airframe, params=Params(airframe.params), home=HOME, gps="rtk")
+        chosen = Params(airframe.params).replace(**(params or {}))
+        vehicle = VehicleConfig(airframe=airframe, params=chosen, home=home, gps="rtk")
         return Client(Simulator(SimulatorConfig(vehicle, **config)), links)
 
     return make

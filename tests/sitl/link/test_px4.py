@@ -422,3 +422,12 @@ def test_reposition_by_command_int_goes_there(client, pick):
     assert acks(client.live(0.1), pick) == [(192, 0)]
     client.live(15.0)
     assert client.simulator.truth.position_ned_m == pytest.approx([11.07, 0.0, -12.0], abs=0.5)
+
+
+def test_attitude_target_comes_ten_times_a_second_while_armed(client, pick):
+    assert pick(client.live(3.0), "ATTITUDE_TARGET") == []
+    client.airborne()
+    told = pick(client.live(2.0), "ATTITUDE_TARGET")
+    assert len(told) == pytest.approx(20, abs=1)
+    assert told[-1].q[0] ** 2 + told[-1].q[3] ** 2 == pytest.approx(1.0, abs=0.01)
+    assert told[-1].thrust == pytest.approx(client.simulator.report.instruments.thrust, abs=0.05)

@@ -1,0 +1,55 @@
+"""All that the commander remembers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from sitl.autopilot.course import Course
+from sitl.autopilot.mission import MissionCourse
+from sitl.autopilot.payload import Payload
+from sitl.orders import Home, Mode, Notice, Shot
+from sitl.plans import MissionRun, Plans
+from sitl.signals import Setpoint, vector
+
+__all__ = ["NOTHING", "CommanderState"]
+
+_NAN3 = (math.nan, math.nan, math.nan)
+NOTHING = Setpoint(vector(_NAN3), vector(_NAN3), vector(_NAN3), math.nan, math.nan)
+"""A setpoint that commands no axis."""
+
+
+@dataclass(slots=True)
+class CommanderState:
+    """All that the commander remembers. Its parts are values, so that a copy is a snapshot."""
+
+    time_us: int = 0
+    armed: bool = False
+    armed_at_us: int = 0
+    flown: bool = False
+    standing_since_us: int | None = None
+    mode: Mode = Mode.HOLD
+    failsafe: Mode | None = None
+    """What is done instead of `mode` while setpoints are missing."""
+    takeoff_alt_amsl_m: float = math.nan
+    steering: Setpoint | None = None
+    steered_at_us: int | None = None
+    course: Course | MissionCourse | None = None
+    setpoint: Setpoint = NOTHING
+    home: Home | None = None
+    plans: Plans = field(default_factory=Plans)
+    run: MissionRun = field(default_factory=MissionRun)
+    mission_fault: str | None = None
+    payload: Payload = field(default_factory=Payload)
+    shots: tuple[Shot, ...] = ()
+    notices: tuple[Notice, ...] = ()
+
+    @property
+    def mission_ok(self) -> bool:
+        """Whether there is a mission that can be flown."""
+        return bool(self.plans.mission) and self.mission_fault is None and self.home is not None
+
+    @property
+    def conduct(self) -> Mode:
+        """What is really done now."""
+        return self.failsafe or self.mode

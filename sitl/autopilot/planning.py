@@ -1,0 +1,76 @@
+"""What the commander does with plans: takes them, judges them, begins and ends their mission."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from sitl.autopilot.itinerary import remarks, why_not_fly
+from sitl.autopilot.memory import CommanderState
+from sitl.autopilot.mission import MissionCourse
+from sitl.autopilot.payload import Payload
+from sitl.orders import Condition, Mode, Severity, Shot, TakePlan
+from sitl.plans import MissionRun, PlanKind
+
+__all__ = ["end_mission", "leave_mission", "shoot", "stand_down_mission", "take_plan"]
+
+Remarks = list[tuple[Severity, str]]
+
+
+def take_plan(
+    state: CommanderState, order: TakePlan, condition: Condition, parameters: Mapping[str, float]
+) -> Remarks:
+    """Keep the plan, and say what there is to say of it. The same mission again changes nothing."""
+    before = state.plans.of(order.kind)
+    if order.kind is PlanKind.MISSION and order.items and repr(before) == repr(order.items):
+        return []
+    state.plans = state.plans.with_items(order.kind, order.items)
+    if order.kind is not PlanKind.MISSION:
+        return []
+    state.run = MissionRun(seq=max(0, order.current))
+    state.mission_fault = why_not_fly(order.items, parameters)
+    if state.mode is Mode.MISSION:
+        state.course = None
+        if not state.mission_ok:
+            leave_mission(state)
+            state.mode = Mode.HOLD
+    if state.mission_fault is not None:
+        return [(Severity.CRITICAL, f"Mission rejected: {state.mission_fault}")]
+    if state.home is None or condition.origin is None:
+        return []
+    told = remarks(order.items, condition.origin, state.home, parameters)
+    return [(Severity.WARNING, text) for text in told]
+
+
+def leave_mission(state: CommanderState) -> None:
+    """Pause the mission if it is being flown: its camera waits."""
+    if state.mode is Mode.MISSION:
+        state.payload, state.course = replace(state.payload, paused=True), None
+
+
+def end_mission(state: CommanderState, then: Mode) -> None:
+    """Go over to what follows the mission. The camera stops."""
+    course = state.course
+    state.payload = _at_rest(state.payload)
+    state.course = course.ending() if isinstance(course, MissionCourse) and then is Mode.HOLD else None
+    state.mode = then
+
+
+def stand_down_mission(state: CommanderState) -> None:
+    """Disarmed: a mission that had come to its last item begins anew next time."""
+    if state.run.seq + 1 >= len(state.plans.mission):
+        state.run = MissionRun()
+        state.payload = _at_rest(state.payload)
+
+
+def shoot(state: CommanderState, condition: Condition) -> None:
+    """Take the picture that is due now, if any."""
+    before = state.payload.shots
+    state.payload = state.payload.look(condition)
+    if state.payload.shots > before:
+        shot: Shot = state.payload.shot(condition, state.home)
+        state.shots = (*state.shots, shot)
+
+
+def _at_rest(payload: Payload) -> Payload:
+    return replace(payload, distance_m=0.0, interval_s=0.0, shots_left=0, interest=None)

@@ -1,0 +1,86 @@
+"""MAVSDK 4's asyncio API: our own exported plan is imported, uploaded, flown in AUTO and watched."""
+
+import asyncio
+import json
+import math
+
+import pytest
+
+pytest.importorskip("mavsdk.asyncio")
+
+from mavsdk import ComponentType
+from mavsdk.asyncio import Configuration, Mavsdk
+from mavsdk.asyncio.plugins.action import ActionAsync
+from mavsdk.asyncio.plugins.mission_raw import MissionRawAsync
+from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
+from mavsdk.plugins.telemetry import FlightMode
+
+from mavspiral.export.items import mission_items
+from mavspiral.export.plan_file import plan_document
+from mavspiral.mission import load_mission
+from mavspiral.planner import plan
+
+
+async def first(stream, holds, limit_s):
+    async def search():
+        async for found in stream:
+            if holds(found):
+                return found
+        raise AssertionError("the stream ended")
+
+    return await asyncio.wait_for(search(), limit_s)
+
+
+def kiosk_plan():
+    mission = load_mission("missions/kiosk.toml")
+    inspection = plan(mission)
+    frame = inspection.site.heights.frame
+    items = mission_items(
+        inspection.trajectory,
+        frame,
+        inspection.home_enu_m,
+        autopilot="px4",
+        items_max=mission.vehicle.max_items,
+    )
+    document = plan_document(
+        items, frame, inspection.clearance.position_enu_m, name="kiosk", fence_margin_m=4.0
+    )
+    return json.dumps(document, allow_nan=False)
+
+
+async def fly(vehicle):
+    mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+    try:
+        await mavsdk.add_any_connection(f"udpin://127.0.0.1:{vehicle.offboard_port}")
+        system = await mavsdk.first_autopilot(timeout_s=10.0)
+        assert system is not None
+        telemetry, action, mission = TelemetryAsync(system), ActionAsync(system), MissionRawAsync(system)
+        await first(telemetry.subscribe_health_all_ok(), bool, 20.0)
+
+        imported = await mission.import_qgroundcontrol_mission_from_string(kiosk_plan())
+        await mission.upload_mission(imported.mission_items)
+        await mission.upload_geofence(imported.geofence_items)
+        back = await mission.download_mission()
+        assert len(back) == len(imported.mission_items)
+        for ours, theirs in zip(imported.mission_items, back, strict=True):
+            assert (ours.command, ours.x, ours.y) == (theirs.command, theirs.x, theirs.y)
+            turn = math.remainder(ours.param4 - theirs.param4, 360.0)
+            assert math.isnan(turn) or abs(turn) < 1e-3
+
+        await action.arm()
+        await mission.start_mission()
+        await first(telemetry.subscribe_flight_mode(), lambda mode: mode is FlightMode.MISSION, 10.0)
+        progress = await first(
+            mission.subscribe_mission_progress(), lambda p: p.current >= p.total // 2, 30.0
+        )
+        assert progress.total == len(back)
+        await first(telemetry.subscribe_armed(), lambda armed: not armed, 40.0)
+    finally:
+        mavsdk.destroy()
+
+
+def test_the_kiosks_plan_is_imported_uploaded_and_flown(start_vehicle):
+    vehicle = start_vehicle("--speedup", "16")
+    asyncio.run(asyncio.wait_for(fly(vehicle), 80.0))
+    modes = [line.split("mode: ")[-1] for line in vehicle.lines if "mode: " in line]
+    assert modes[:2] == ["MISSION", "RETURN"]

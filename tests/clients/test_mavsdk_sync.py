@@ -1,0 +1,207 @@
+"""MAVSDK 4's blocking API against one vehicle over UDP, in the idioms of its examples."""
+
+import math
+import time
+
+import pytest
+
+pytest.importorskip("mavsdk")
+
+from mavsdk import ComponentType, Configuration, Mavsdk
+from mavsdk.plugins.action import Action
+from mavsdk.plugins.geofence import Circle, FenceType, Geofence, GeofenceData, Point, Polygon
+from mavsdk.plugins.mission_raw import MissionItem, MissionRaw, MissionRawError, MissionRawResult
+from mavsdk.plugins.offboard import (
+    AccelerationNed,
+    Offboard,
+    PositionNedYaw,
+    VelocityBodyYawspeed,
+    VelocityNedYaw,
+)
+from mavsdk.plugins.param import Param
+from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry
+
+LAT_DEG, LON_DEG = 23.96028, 32.8675
+DEGREE_M = 111_000.0
+
+
+def wait(holds, limit_s=20.0):
+    deadline = time.monotonic() + limit_s
+    while time.monotonic() < deadline:
+        if holds():
+            return
+        time.sleep(0.02)
+    raise AssertionError(f"not within {limit_s} s")
+
+
+class Drone:
+    def __init__(self, system):
+        self.telemetry = Telemetry(system)
+        self.action = Action(system)
+        self.offboard = Offboard(system)
+        self.mission = MissionRaw(system)
+        self.geofence = Geofence(system)
+        self.param = Param(system)
+        wait(self.telemetry.health_all_ok, 15.0)
+        wait(lambda: math.isfinite(self.telemetry.home().latitude_deg), 15.0)
+
+    @property
+    def height_m(self):
+        return self.telemetry.position().relative_altitude_m
+
+    @property
+    def ned_m(self):
+        p = self.telemetry.position_velocity_ned().position
+        return p.north_m, p.east_m, p.down_m
+
+    @property
+    def from_home_m(self):
+        """Home is where it was armed."""
+        here, home = self.telemetry.position(), self.telemetry.home()
+        north_m = (here.latitude_deg - home.latitude_deg) * DEGREE_M
+        east_m = (here.longitude_deg - home.longitude_deg) * DEGREE_M * math.cos(math.radians(LAT_DEG))
+        return math.hypot(north_m, east_m)
+
+    def airborne(self, height_m=8.0):
+        if self.telemetry.landed_state() is not LandedState.IN_AIR or self.height_m < 3.0:
+            wait(lambda: not self.telemetry.armed())
+            self.action.set_takeoff_altitude(height_m)
+            self.action.arm()
+            self.action.takeoff()
+            wait(lambda: self.telemetry.landed_state() is LandedState.IN_AIR)
+            wait(lambda: self.height_m > height_m - 0.5)
+            wait(lambda: self.telemetry.flight_mode() is FlightMode.HOLD)
+        return self
+
+    def landed(self):
+        if self.telemetry.armed():
+            self.action.land()
+            wait(lambda: not self.telemetry.armed(), 30.0)
+
+
+@pytest.fixture(scope="module")
+def drone(shared_vehicle):
+    sdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+    sdk.add_any_connection(f"udpin://127.0.0.1:{shared_vehicle.offboard_port}")
+    system = sdk.first_autopilot(10.0)
+    assert system is not None
+    yield Drone(system)
+    sdk.destroy()
+
+
+def item(seq, command, p1=0.0, p2=0.0, p3=0.0, p4=math.nan, north_m=0.0, east_m=0.0, height_m=0.0, frame=3):
+    x, y = 0, 0
+    if frame == 3:
+        x = round((LAT_DEG + north_m / DEGREE_M) * 1e7)
+        y = round((LON_DEG + east_m / (DEGREE_M * math.cos(math.radians(LAT_DEG)))) * 1e7)
+    return MissionItem(seq, frame, command, int(seq == 0), 1, p1, p2, p3, p4, x, y, height_m, 0)
+
+
+def test_parameters_are_read_and_set(drone):
+    assert drone.param.get_param_int("SYS_AUTOSTART") == 10040
+    drone.param.set_param_float("MPC_XY_CRUISE", 4.0)
+    assert drone.param.get_param_float("MPC_XY_CRUISE") == pytest.approx(4.0)
+    drone.action.set_return_to_launch_altitude(15.0)
+    assert drone.action.get_return_to_launch_altitude() == pytest.approx(15.0)
+    names = {p.name for p in drone.param.get_all_params().float_params}
+    assert {"MPC_XY_CRUISE", "NAV_ACC_RAD", "MIS_YAW_ERR"} <= names
+
+
+def test_telemetry_comes_at_the_rate_that_is_asked_for(drone):
+    counts = []
+    for rate_hz in (1.0, 20.0):
+        drone.telemetry.set_rate_position(rate_hz)
+        time.sleep(0.3)
+        heard = []
+        handle = drone.telemetry.subscribe_position(lambda position, *_, heard=heard: heard.append(position))
+        time.sleep(1.5)
+        drone.telemetry.unsubscribe_position(handle)
+        counts.append(len(heard) / 1.5 / 8.0)
+    assert counts[0] == pytest.approx(1.0, rel=0.5)
+    assert counts[1] == pytest.approx(20.0, rel=0.3)
+
+
+def test_a_geofence_goes_up_comes_down_and_is_cleared(drone):
+    corners = [(0.001, 0.001), (0.001, -0.001), (-0.001, -0.001), (-0.001, 0.001)]
+    points = [Point(LAT_DEG + a, LON_DEG + b) for a, b in corners]
+    circle = Circle(Point(LAT_DEG, LON_DEG), 20.0, FenceType.EXCLUSION)
+    drone.geofence.upload_geofence(GeofenceData([Polygon(points, FenceType.INCLUSION)], [circle]))
+    fence = drone.mission.download_geofence()
+    assert [(f.command, f.param1) for f in fence] == [(5001, 4.0)] * 4 + [(5004, 20.0)]
+    drone.geofence.clear_geofence()
+    assert drone.mission.download_geofence() == []
+
+
+def test_a_mission_that_px4_refuses_is_refused(drone):
+    with pytest.raises(MissionRawError) as error:
+        drone.mission.upload_mission([item(0, 22, height_m=5.0), item(1, 82, north_m=5.0, height_m=5.0)])
+    assert error.value.result is MissionRawResult.UNSUPPORTED
+
+
+def test_take_off_goto_and_landing(drone):
+    drone.landed()
+    drone.airborne(8.0)
+    home = drone.telemetry.home()
+    lat_deg = home.latitude_deg + 10.0 / DEGREE_M
+    drone.action.goto_location(lat_deg, home.longitude_deg, home.absolute_altitude_m + 11.0, 90.0)
+    wait(lambda: abs(drone.telemetry.position().latitude_deg - lat_deg) * DEGREE_M < 0.5)
+    wait(lambda: abs(drone.height_m - 11.0) < 0.5)
+    wait(lambda: abs(drone.telemetry.attitude_euler().yaw_deg - 90.0) < 5.0)
+    drone.landed()
+
+
+def test_offboard_by_position_velocity_and_acceleration(drone):
+    drone.airborne()
+    north_m, east_m, down_m = drone.ned_m
+    drone.offboard.set_position_ned(PositionNedYaw(north_m + 4.0, east_m, down_m, 0.0))
+    drone.offboard.start()
+    wait(lambda: abs(drone.ned_m[0] - north_m - 4.0) < 0.4)
+    assert drone.telemetry.flight_mode() is FlightMode.OFFBOARD
+    drone.offboard.set_velocity_ned(VelocityNedYaw(0.0, 2.0, 0.0, 0.0))
+    wait(lambda: drone.ned_m[1] > east_m + 4.0)
+    drone.offboard.set_velocity_body(VelocityBodyYawspeed(0.0, 0.0, 0.0, 30.0))
+    wait(lambda: drone.telemetry.attitude_euler().yaw_deg > 40.0)
+    place = PositionNedYaw(north_m, east_m, down_m - 2.0, 0.0)
+    still = VelocityNedYaw(0.0, 0.0, 0.0, 0.0)
+    drone.offboard.set_position_velocity_ned(place, still)
+    wait(lambda: math.dist(drone.ned_m, (north_m, east_m, down_m - 2.0)) < 0.6)
+    drone.offboard.set_position_velocity_acceleration_ned(place, still, AccelerationNed(0.0, 0.0, 0.0))
+    time.sleep(0.3)
+    assert drone.offboard.is_active()
+    drone.offboard.stop()
+    wait(lambda: drone.telemetry.flight_mode() is FlightMode.HOLD)
+
+
+def test_a_mission_goes_up_comes_down_is_flown_paused_and_returns(drone):
+    drone.landed()
+    items = [
+        item(0, 22, height_m=6.0),
+        item(1, 178, 1.0, 4.0, -1.0, 0.0, frame=2),
+        item(2, 16, north_m=12.0, height_m=6.0),
+        item(3, 16, north_m=12.0, east_m=12.0, height_m=8.0, p4=45.0),
+        item(4, 16, east_m=12.0, height_m=8.0),
+        item(5, 20, p4=0.0, frame=2),
+    ]
+    drone.mission.upload_mission(items)
+    back = drone.mission.download_mission()
+    assert [(i.command, i.x, i.y, i.z) for i in back] == [(i.command, i.x, i.y, i.z) for i in items]
+    assert drone.mission.mission_progress().total == len(items)
+    drone.action.arm()
+    drone.mission.start_mission()
+    wait(lambda: drone.telemetry.flight_mode() is FlightMode.MISSION)
+    wait(lambda: drone.mission.mission_progress().current == 3, 30.0)
+    drone.mission.pause_mission()
+    wait(lambda: drone.telemetry.flight_mode() is FlightMode.HOLD)
+    drone.mission.start_mission()
+    wait(lambda: drone.telemetry.flight_mode() is FlightMode.RETURN_TO_LAUNCH, 30.0)
+    wait(lambda: not drone.telemetry.armed(), 30.0)
+    assert drone.from_home_m < 1.0
+    drone.mission.clear_mission()
+    assert drone.mission.download_mission() == []
+
+
+def test_return_to_launch_lands_at_home(drone):
+    drone.airborne()
+    drone.action.return_to_launch()
+    wait(lambda: not drone.telemetry.armed(), 30.0)
+    assert drone.from_home_m < 1.0
