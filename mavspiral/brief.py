@@ -32,6 +32,10 @@ __all__ = [
 ]
 
 HOME_AWAY_M = 35.0
+REACH_M = 2000.0
+"""Homes and keep-outs farther from the building than this are taken for slips."""
+
+TURNS_MAX = 120
 HOME_LOWER_M = 3.0
 NAVIGATION_SIGMA_M = {"rtk": 0.05, "standard": 1.0}
 TRACKING_SIGMA_M = 0.15
@@ -64,7 +68,15 @@ def with_keepouts(mission: Mission, site: Site) -> Site:
         else:
             corners = np.array(keepout.polygon)
             ring = frame.to_enu(corners[:, 0], corners[:, 1], frame.origin.alt_amsl_m)[:, :2]
+        away_m = float(np.sqrt((ring**2).sum(axis=1)).max())
+        if away_m > REACH_M:
+            raise InputError(
+                f"[keepout] {keepout.circle or keepout.polygon}: reaches {away_m / 1000:.1f} km from the building. "
+                "Fix: places are [latitude, longitude], a radius is in metres"
+            )
         site = with_obstacle(site, ring, keepout.height_m[1])
+    if mission.keepout and not site.building.any():
+        raise InputError("[keepout] the keep-outs cover the whole building. Fix: make them smaller or lower")
     return site
 
 
@@ -121,9 +133,26 @@ def band_m(mission: Mission, site: Site, camera: Camera) -> tuple[float, float]:
     top_of_building_m = float(site.building_height_m.max())
     bottom_m = asked.bottom_m if asked.bottom_m is not None else max(mission.limits.clearance_m, half_m)
     top_m = asked.top_m if asked.top_m is not None else max(bottom_m, top_of_building_m - half_m)
+    if bottom_m < mission.limits.clearance_m:
+        raise InputError(
+            f"[inspection] bottom_m = {bottom_m:g} is nearer to the ground than [limits] clearance_m = "
+            f"{mission.limits.clearance_m:g}. Fix: bottom_m ≥ {mission.limits.clearance_m:g}"
+        )
     if bottom_m > top_m:
         raise InputError(
-            f"[inspection] bottom_m = {bottom_m:g} is above the top of the band, {top_m:g} m. Fix: lower it"
+            f"[inspection] the lowest turn at {bottom_m:g} m (bottom_m) is above the highest at {top_m:g} m (top_m). "
+            f"Fix: top_m ≥ {bottom_m:g}, or a lower bottom_m"
+        )
+    if bottom_m >= top_of_building_m + mission.inspection.standoff_m:
+        raise InputError(
+            f"[inspection] bottom_m = {bottom_m:g} is above the whole building, which ends at {top_of_building_m:g} m. "
+            f"Fix: bottom_m ≤ {top_of_building_m:g}"
+        )
+    turns = (top_m - bottom_m) / camera.rise_m(asked.standoff_m, asked.overlap)
+    if turns > TURNS_MAX:
+        raise InputError(
+            f"[camera] shows {2 * half_m:.3g} m of the wall at {asked.standoff_m:g} m, so the spiral would take "
+            f"{turns:.0f} turns, at most {TURNS_MAX} are flown. Fix: a shorter focal_length_mm or a larger standoff_m"
         )
     if top_m > mission.limits.ceiling_m:
         raise LimitError(
@@ -148,7 +177,13 @@ def home_enu_m(mission: Mission, site: Site, required_m: float) -> FloatArray:
     frame = site.heights.frame
     if mission.vehicle.home is not None:
         alt_amsl_m = frame.origin.alt_amsl_m + mission.vehicle.home_height_m
-        return frame.to_enu(*mission.vehicle.home, alt_amsl_m)
+        home = frame.to_enu(*mission.vehicle.home, alt_amsl_m)
+        if (distance_m := float(np.hypot(home[0], home[1]))) > REACH_M:
+            raise InputError(
+                f"[vehicle] home = {list(mission.vehicle.home)} is {distance_m / 1000:.1f} km from the building, at most "
+                f"{REACH_M / 1000:g} km are flown. Fix: home is [latitude, longitude]"
+            )
+        return home
     away_m = np.arange(HOME_AWAY_M, HOME_AWAY_M + 500.0, 1.0)
     places = np.column_stack(
         [-away_m / math.sqrt(2), -away_m / math.sqrt(2), np.full(len(away_m), -HOME_LOWER_M)]

@@ -6,7 +6,9 @@ read · 3 nobody at the other end of the link.
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -41,9 +43,13 @@ def main() -> None:
     except MavspiralError as error:
         print(f"mavspiral: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(1)
+    except KeyboardInterrupt:
+        print("mavspiral: stopped", file=sys.stderr)
+        sys.exit(130)
+    except OSError as error:  # stdout is closed or full
+        with contextlib.suppress(OSError):
+            print(f"mavspiral: cannot write to the terminal: {error.strerror}", file=sys.stderr)
+        os._exit(1)
 
 
 @app.command()
@@ -79,12 +85,14 @@ def simulate(
     """Fly it closed loop against the bundled vehicle and judge it against [accept]."""
     from mavspiral.closedloop import simulate as fly_simulated
     from mavspiral.deliver import write_flight
+    from mavspiral.files import try_folder
     from mavspiral.show.rows import flight_rows
 
     brief = _load(mission)
+    folder = try_folder(_folder(out, brief))
     flight = fly_simulated(brief, seed=seed, wind_mps=wind, gusts=gust, faults=tuple(fault or ()))
     summary = flight.summary()
-    summary["files"] = write_flight(flight, _folder(out, brief), summary)
+    summary["files"] = write_flight(flight, folder, summary)
     _tell(summary, as_json, flight_rows(summary, brief))
     if not flight.passed:
         raise typer.Exit(1)
@@ -105,6 +113,7 @@ def fly(
 ) -> None:
     """Stream it to a real vehicle: connect, check, arm, take off, inspect, return, land."""
     from mavspiral.deliver import write_live
+    from mavspiral.files import try_folder
     from mavspiral.live import fly as fly_live
     from mavspiral.planner import plan as make_plan
     from mavspiral.show.rows import live_rows, plan_rows
@@ -115,11 +124,12 @@ def fly(
         _tell(inspection.summary(), as_json, plan_rows(inspection.summary()))
     if not (yes or dry_run):
         _ask(brief.name, connect)
+    folder = try_folder(_folder(out, brief))
     flight = fly_live(
         inspection, connect, dry_run=dry_run, rate_hz=rate, on_event=_quiet if as_json else _say
     )
     summary = flight.summary()
-    summary["files"] = write_live(flight, _folder(out, brief), summary)
+    summary["files"] = write_live(flight, folder, summary)
     _tell(summary, as_json, live_rows(summary))
     if flight.outcome.exit_code:
         raise typer.Exit(flight.outcome.exit_code)
@@ -130,7 +140,7 @@ def _ask(name: str, url: str) -> None:
         raise InputError(
             f"fly {name}: nobody is there to be asked. Fix: --yes, if the vehicle at {url} may take off"
         )
-    typer.confirm(f"Arm the vehicle at {url} and fly {name}?", abort=True)
+    typer.confirm(f"Arm the vehicle at {url} and fly {name}?", abort=True, err=True)
 
 
 def _say(event: Event) -> None:

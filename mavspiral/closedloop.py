@@ -43,6 +43,7 @@ START_UP_US = 1_000_000
 WITNESS_US = 20_000
 """The truth is written down as often as the session writes its log, and at the same moments."""
 
+ABOVE_HOME_M = 1.0
 PATIENCE = 3.0
 """A flight may take this many times its planned duration."""
 
@@ -70,7 +71,7 @@ def simulate(
     session = Session(
         inspection.route_from,
         inspection.site.heights.frame,
-        SessionConfig(safe_return_m=inspection.safe_return_m),
+        SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
         way_home=inspection.way_home,
         tap=TlogWriter(tape, TLOG_EPOCH_US).write,
     )
@@ -100,6 +101,13 @@ def _config(
         raise InputError(
             f"[vehicle] autopilot = {mission.vehicle.autopilot!r}: the bundled vehicle speaks PX4's dialect only. "
             'Fix: autopilot = "px4"; `mavspiral plan` writes files for both'
+        )
+    lowest_m = float(inspection.clearance.position_enu_m[:, 2].min())
+    if lowest_m < inspection.home_enu_m[2] + ABOVE_HOME_M:
+        raise InputError(
+            f"[vehicle] home lies {inspection.home_enu_m[2]:.1f} m above ground and the flight goes down to {lowest_m:.1f} m: "
+            "the bundled vehicle's ground is level at its home, so it cannot be simulated from a roof or a hill. "
+            "Fix: a home at the building's foot"
         )
     try:
         orders: tuple[Fault, ...] = tuple(parse_fault(spec) for spec in faults)

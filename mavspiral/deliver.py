@@ -75,39 +75,45 @@ def write_flight(flight: Flight, folder: Path, summary: dict[str, Any]) -> dict[
     inspection = flight.inspection
     name = inspection.mission.name
     names = write_plan(inspection, folder, inspection.summary())
-    log = flight.log
-    assert log.truth_position_enu_m is not None
-    t_s = log.t_us / 1e6
-    picture = write_figure(
-        folder / f"{name}.flight.png",
-        title=f"{name}: planned and flown",
-        site=inspection.site,
-        trajectory=inspection.trajectory,
-        profiles=_flight_profiles(flight),
-        facts=tuple((name, value) for name, value, _ in flight_rows(summary, inspection.mission)),
-        skin=Skin(inspection.site, flight.coverage, inspection.mission.inspection.roof),
-        flown=FlownPath(t_s, log.truth_position_enu_m, "truth"),
-        inspection_s=_inspection_s(flight),
+    picture = (
+        _flight_picture(flight, folder / f"{name}.flight.png", summary) if flight.left_the_ground else None
     )
-    log.save(folder / f"{name}.flight.npz")
+    flight.log.save(folder / f"{name}.flight.npz")
     page = report_html(
         title=name,
         subtitle=f"simulated flight, seed {flight.seed}, {summary['autopilot']}; all distances by truth",
         passed=flight.passed,
         failures=flight.failures,
         figures=flight_rows(summary, inspection.mission),
-        events=((e.t_us / 1e6, e.severity, e.text) for e in log.events),
-        picture=picture,
+        events=((e.t_us / 1e6, e.severity, e.text) for e in flight.log.events),
+        picture=picture or Path(names["png"]),
     )
     names |= {
         "tlog": str(write_bytes(folder / f"{name}.tlog", flight.tlog)),
         "npz": str(folder / f"{name}.flight.npz"),
-        "flight_png": str(picture),
         "html": str(write_text(folder / f"{name}.html", page)),
         "simulate_json": str(folder / f"{name}.simulate.json"),
     }
+    if picture is not None:
+        names["flight_png"] = str(picture)
     write_json(Path(names["simulate_json"]), {**summary, "files": names})
     return names
+
+
+def _flight_picture(flight: Flight, path: Path, summary: dict[str, Any]) -> Path:
+    inspection, log = flight.inspection, flight.log
+    assert log.truth_position_enu_m is not None
+    return write_figure(
+        path,
+        title=f"{inspection.mission.name}: planned and flown",
+        site=inspection.site,
+        trajectory=inspection.trajectory,
+        profiles=_flight_profiles(flight),
+        facts=tuple((name, value) for name, value, _ in flight_rows(summary, inspection.mission)),
+        skin=Skin(inspection.site, flight.coverage, inspection.mission.inspection.roof),
+        flown=FlownPath(log.t_us / 1e6, log.truth_position_enu_m, "truth"),
+        inspection_s=_inspection_s(flight),
+    )
 
 
 def write_live(flight: LiveFlight, folder: Path, summary: dict[str, Any]) -> dict[str, str]:

@@ -11,7 +11,22 @@ from typing import Any, BinaryIO
 
 from mavspiral.errors import InputError
 
-__all__ = ["write_bytes", "write_json", "write_text", "write_with"]
+__all__ = ["try_folder", "write_bytes", "write_json", "write_text", "write_with"]
+
+
+def try_folder(folder: Path) -> Path:
+    """`folder`, after a file was written there and all was put back: tried before a flight, not after it.
+
+    Raises:
+        InputError: it cannot be made or written to.
+    """
+    missing = [place for place in (folder, *folder.parents) if not place.exists()]
+    trial = folder / f".trial.{os.getpid()}"
+    write_with(trial, lambda file: file.write(b""))
+    trial.unlink()
+    for place in missing:
+        place.rmdir()
+    return folder
 
 
 def write_with(path: Path, write: Callable[[BinaryIO], object]) -> Path:

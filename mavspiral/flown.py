@@ -44,6 +44,11 @@ class Flight:
     battery_used: float
 
     @property
+    def left_the_ground(self) -> bool:
+        """Whether there is anything to see: the log begins with the take-off."""
+        return bool(self.log.t_us.size)
+
+    @property
     def tracking_p95_m(self) -> float:
         """95 % of the inspection was flown nearer to the reference than this; NaN if none of it was flown."""
         return _quantile(self.tracking_m, 0.95)

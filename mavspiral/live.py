@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
@@ -22,6 +23,8 @@ from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.solids import Solids
 
 __all__ = ["fly"]
+
+STALE_US = 300_000
 
 
 def fly(
@@ -52,7 +55,7 @@ def fly(
     session = Session(
         inspection.route_from,
         inspection.site.heights.frame,
-        SessionConfig(dry_run=dry_run, rate_hz=rate_hz, safe_return_m=inspection.safe_return_m),
+        SessionConfig(dry_run=dry_run, rate_hz=rate_hz, safe_height_enu_m=inspection.safe_height_enu_m),
         way_home=inspection.way_home,
         tap=TlogWriter(tape, time.time_ns() // 1000).write,
     )
@@ -93,11 +96,19 @@ def _measured(inspection: Inspection, log: FlightLog | None) -> tuple[FloatArray
         return np.empty(0), np.empty(0)
     heights = inspection.site.heights
     solids = Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
-    known = np.isfinite(log.estimate_position_enu_m).all(axis=1)
+    known = np.isfinite(log.estimate_position_enu_m).all(axis=1) & _fresh(log)
     away_m = np.sqrt(((log.estimate_position_enu_m - log.reference_position_enu_m) ** 2).sum(axis=1))
-    return away_m[log.on_leg("inspection") & np.isfinite(away_m)], solids.distance_m(
+    return away_m[log.on_leg("inspection") & known & np.isfinite(away_m)], solids.distance_m(
         log.estimate_position_enu_m[known]
     )
+
+
+def _fresh(log: FlightLog) -> NDArray[np.bool_]:
+    """Which rows hold an estimate that was not much older: where the link was silent, the last one stands still."""
+    rows = np.arange(len(log.t_us))
+    changed = np.append(True, np.any(np.diff(log.estimate_position_enu_m, axis=0) != 0.0, axis=1))
+    since = np.maximum.accumulate(np.where(changed, rows, 0))
+    return np.asarray((log.t_us - log.t_us[since]) < STALE_US)
 
 
 def _coverage(inspection: Inspection, route: Trajectory | None, log: FlightLog | None) -> Coverage | None:

@@ -93,18 +93,18 @@ class Quality(_Table):
 class Limits(_Table):
     """What the vehicle must never exceed: norms, but for climb and descent."""
 
-    speed_mps: Annotated[float, Field(gt=0, le=30)] = 5.0
-    climb_mps: Annotated[float, Field(gt=0, le=15)] = 2.0
-    descent_mps: Annotated[float, Field(gt=0, le=10)] = 1.5
-    acceleration_mps2: Annotated[float, Field(gt=0, le=15)] = 2.0
-    jerk_mps3: Annotated[float, Field(gt=0, le=100)] = 4.0
-    yaw_rate_dps: Annotated[float, Field(gt=0, le=360)] = 45.0
+    speed_mps: Annotated[float, Field(ge=0.1, le=30)] = 5.0
+    climb_mps: Annotated[float, Field(ge=0.1, le=15)] = 2.0
+    descent_mps: Annotated[float, Field(ge=0.1, le=10)] = 1.5
+    acceleration_mps2: Annotated[float, Field(ge=0.1, le=15)] = 2.0
+    jerk_mps3: Annotated[float, Field(ge=0.1, le=100)] = 4.0
+    yaw_rate_dps: Annotated[float, Field(ge=1, le=360)] = 45.0
     clearance_m: Annotated[float, Field(gt=0, le=200)] = 4.0
     ceiling_m: Annotated[float, Field(gt=0, le=2000)] = 120.0
 
 
 class Keepout(_Table):
-    """A volume that the flight keeps its clearance from: a circle or a polygon, over a range of heights."""
+    """A volume that the flight keeps its clearance from: a circle or a polygon, solid from the ground to height_m[1]."""
 
     circle: tuple[Lat, Lon, Positive] | None = None
     polygon: Annotated[tuple[tuple[Lat, Lon], ...], Field(min_length=3)] | None = None
@@ -204,7 +204,7 @@ def load_mission(path: str | Path) -> Mission:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise InputError(
             f"{path}: no such mission file. Fix: give the path of a mission, e.g. missions/torre.toml"
@@ -214,7 +214,9 @@ def load_mission(path: str | Path) -> Mission:
     try:
         document = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: not TOML: {error}") from None
+        raise InputError(
+            f'{path}: not TOML: {error}. Fix: text stands in "quotes", tables in [brackets]'
+        ) from None
     try:
         # Strict JSON mode: lists may fill tuples, but text never passes for a number.
         mission = Mission.model_validate_json(json.dumps(document, default=str))

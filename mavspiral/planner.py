@@ -118,9 +118,9 @@ class Inspection:
         return Trajectory(legs)
 
     @property
-    def safe_return_m(self) -> float:
-        """The height above home from which nothing stands in a straight way home."""
-        return self.site.heights.top_m + self.clearance_required_m - float(self.home_enu_m[2])
+    def safe_height_enu_m(self) -> float:
+        """The height above which nothing stands in a straight way home."""
+        return self.site.heights.top_m + self.clearance_required_m
 
     def summary(self) -> dict[str, Any]:
         """The figures of `plan --json`; what is not worked out yet is None."""
@@ -194,8 +194,16 @@ def plan(mission: Mission) -> Inspection:
     )
     certificate = _certificate(mission, states, clearance, limits, required_m)
     watch.lap("certificate")
+    if trajectory.duration_s > mission.vehicle.endurance_s:
+        raise LimitError(
+            f"{mission.name}: the flight takes {trajectory.duration_s:.0f} s, [vehicle] endurance_s = "
+            f"{mission.vehicle.endurance_s:g}. Fix: a larger standoff_m, a smaller band (bottom_m, top_m), or another battery"
+        )
     if not certificate.ok:
-        raise LimitError(f"{mission.name}: the plan fails its limits: {'; '.join(certificate.failures)}")
+        raise LimitError(
+            f"{mission.name}: the plan fails its limits: {'; '.join(certificate.failures)}. "
+            "Fix: another standoff_m, or move what stands there ([[keepout]], neighbours) into account"
+        )
 
     shots = shots_of(
         trajectory,

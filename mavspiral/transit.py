@@ -60,9 +60,10 @@ def safe_way(
             best_m, best_at = float(distance_m[nearest]), way[nearest]
     place = frame.geo_point(best_at)
     raise LimitError(
-        f"no way from home to the spiral keeps {clearance_m:.1f} m of clearance below the ceiling of {ceiling_m:.0f} m: "
+        f"no way between home and the spiral keeps {clearance_m + MARGIN_M:.1f} m of clearance ({MARGIN_M:g} m of it for "
+        f"what flying leaves of a plan) below the ceiling of {ceiling_m:.0f} m: "
         f"the best comes within {best_m:.1f} m after lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, "
-        f"{best_at[2]:.0f} m above ground. Fix: move [vehicle] home, or raise [limits] ceiling_m"
+        f"{best_at[2]:.0f} m above ground. Fix: another [vehicle] home, a larger standoff_m, or a higher [limits] ceiling_m"
     )
 
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from mavspiral.arrays import FloatArray, locked
 from mavspiral.curve.spiral import SpiralPath
 
-__all__ = ["Gaze", "fixed_gaze", "inward_gaze", "turning_gaze"]
+__all__ = ["YawSpline", "inward_gaze"]
 
 SAMPLES_PER_TURN = 256
 
@@ -28,7 +28,7 @@ _PIECES = (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Gaze:
+class YawSpline:
     """Yaw as a uniform cubic B-spline of the phase: `gaze(u_rad, order)`.
 
     Knot `i` of `yaw_enu_rad` (M,) lies at phase `(i − 1)·knot_rad`, so M knots serve up to `(M −
@@ -57,7 +57,7 @@ class Gaze:
         return np.asarray(yaw / self.knot_rad**order)
 
 
-def inward_gaze(path: SpiralPath, *, smoothing_m: float) -> Gaze:
+def inward_gaze(path: SpiralPath, *, smoothing_m: float) -> YawSpline:
     """The gaze along the inward normal of a spiral, averaged over about `smoothing_m` of the way.
 
     The average is a triangle of half width `smoothing_m`. Around a corner of angle α the yaw rate then stays
@@ -74,21 +74,7 @@ def inward_gaze(path: SpiralPath, *, smoothing_m: float) -> Gaze:
     for _ in range(2):
         yaw = _box_average(s, yaw, smoothing_m)
     yaw = yaw[margin : margin + knots]
-    return Gaze(yaw - 2.0 * np.pi * np.round((yaw[1] - np.pi) / (2.0 * np.pi)), knot_rad)
-
-
-def fixed_gaze(yaw_enu_rad: float) -> Gaze:
-    """The gaze that stays at one yaw, for a path from 0 to 1."""
-    return Gaze(np.full(4, yaw_enu_rad), 1.0)
-
-
-def turning_gaze(start_enu_rad: float, end_enu_rad: float) -> Gaze:
-    """The gaze that turns from one yaw to another, rest to rest, the way the numbers say, from 0 to 1."""
-    knots = 16
-    t = np.clip((np.arange(knots + 3) - 2.0) / (knots - 2.0), 0.0, 1.0)
-    turned = t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
-    turned[:3], turned[-3:] = 0.0, 1.0
-    return Gaze(start_enu_rad + (end_enu_rad - start_enu_rad) * turned, 1.0 / knots)
+    return YawSpline(yaw - 2.0 * np.pi * np.round((yaw[1] - np.pi) / (2.0 * np.pi)), knot_rad)
 
 
 def _box_average(s: FloatArray, values: FloatArray, width: float) -> FloatArray:

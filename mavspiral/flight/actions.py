@@ -123,13 +123,14 @@ def checked(s: Situation) -> bool:
     missing = [name for name in s.profile.parameters if name not in s.vehicle.parameters]
     if missing and s.elapsed_s < _PARAMETERS_S:
         return False
-    assert s.reference is not None
+    assert s.reference is not None and s.to_vehicle is not None
+    home_enu_m = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
     findings = check_before_arming(
         s.vehicle,
         s.profile,
         s.reference.extremes(),
         battery_min_pct=s.config.battery_min_pct,
-        safe_return_m=s.config.safe_return_m,
+        safe_return_m=s.config.safe_height_enu_m - float(home_enu_m[2]),
     )
     for severity, text in findings:
         if severity == "warning":

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from array import array
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -13,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
+from mavspiral.files import write_with
 from mavspiral.flight.messages import Target
 from mavspiral.flight.vehicle import Vehicle
 from mavspiral.frames import RigidMap, yaw_ned_to_enu
@@ -81,14 +80,8 @@ class FlightLog:
         columns = {f.name: getattr(self, f.name) for f in fields(self)}
         columns["legs"] = np.array(self.legs, dtype=np.str_)
         columns["events"] = np.array([(str(e.t_us), e.severity, e.text) for e in self.events], dtype=np.str_)
-        descriptor, beside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        try:
-            with os.fdopen(descriptor, "wb") as file:
-                np.savez_compressed(file, **{k: v for k, v in columns.items() if v is not None})
-            Path(beside).replace(path)
-        except BaseException:
-            Path(beside).unlink()
-            raise
+        present = {name: column for name, column in columns.items() if column is not None}
+        write_with(path, lambda file: np.savez_compressed(file, **present))
 
     @classmethod
     def load(cls, path: Path) -> FlightLog:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
@@ -47,7 +48,7 @@ class SessionConfig:
         battery_min_pct: below it the vehicle is not armed.
         join_max_m: farther than this from the first point after take-off, it lands instead of joining.
         follow_within_s: how long the vehicle may stay too far off its path before it is landed where it is.
-        safe_return_m: the height above home from which nothing stands in a straight way home.
+        safe_height_enu_m: the height in the plan's ENU above which nothing stands in a straight way home.
         lost_after_s: a silence after which the link is lost and the setpoints end.
         dry_run: do everything but arm.
     """
@@ -57,7 +58,7 @@ class SessionConfig:
     battery_min_pct: float = 30.0
     join_max_m: float = 5.0
     follow_within_s: float = 20.0
-    safe_return_m: float = 0.0
+    safe_height_enu_m: float = -math.inf
     lost_after_s: float = 5.0
     dry_run: bool = False
 

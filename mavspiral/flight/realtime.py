@@ -24,10 +24,12 @@ from mavspiral.flight.session import Session
 __all__ = ["Transport", "drive", "open_transport"]
 
 _READ_N = 65536
+_STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 _DATAGRAM_N = 1400
 _DIAL_S = 10.0
 _PEER_SILENT_S = 3.0
 _BAUD = 57600
+_MAGICS = (b"\xfd", b"\xfe")  # how a datagram of MAVLink begins: a stranger's words open no conversation
 _EXAMPLES = (
     "udpin://0.0.0.0:14540, udpout://192.168.1.2:14580, tcp://127.0.0.1:5760, serial:///dev/ttyACM0:57600"
 )
@@ -76,39 +78,47 @@ def drive(
     Args:
         session: what to drive.
         transport: to the vehicle.
-        on_step: is shown every step; what it does must be quick.
+        on_step: is shown every step; what it does must be quick. If it fails it is not asked again, and the flight
+            goes on; the error is raised at the end unless it is an OSError.
         now_us: a clock that only goes forward.
     """
     received = b""
+    told: Exception | None = None
     with _interrupts(session.stop):
         while session.outcome is None:
             step = session.step(now_us(), received)
             try:
                 transport.send(step.send)
-                if on_step is not None:
-                    on_step(session, step)
+                if on_step is not None and told is None:
+                    try:
+                        on_step(session, step)
+                    except Exception as error:  # a closed terminal must not leave a vehicle in the air
+                        told = error
                 received = transport.receive(max(0.0, (step.next_due_us - now_us()) * 1e-6))
             except LinkError as error:
                 session.link_broke(str(error))
+    if told is not None and not isinstance(told, OSError):
+        raise told
     return session.outcome
 
 
 @contextlib.contextmanager
 def _interrupts(stop: Callable[[], None]) -> Iterator[None]:
-    """Within, Ctrl-C calls `stop`, where the interpreter lets us (not in a thread)."""
+    """Within, Ctrl-C, a terminal that hangs up and a polite kill call `stop`, where the interpreter lets us (not in a thread)."""
 
     def interrupted(_signal: int, _frame: FrameType | None) -> None:
         stop()
 
     try:
-        before = signal.signal(signal.SIGINT, interrupted)
+        before = {number: signal.signal(number, interrupted) for number in _STOPS}
     except ValueError:
         yield
         return
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 class _Udp:
@@ -125,6 +135,9 @@ class _Udp:
                 self._socket.bind((host, port))
             else:
                 self._peer = socket.getaddrinfo(host, port, family, socket.SOCK_DGRAM)[0][4]
+        except UnicodeError:
+            self._socket.close()
+            raise InputError(f"{host!r} is no host; write the link as one of {_EXAMPLES}") from None
         except OSError as error:
             self._socket.close()
             raise _refused(error, host, port) from error
@@ -134,7 +147,7 @@ class _Udp:
         if self._peer is None:
             return
         for datagram in _datagrams(data):
-            with contextlib.suppress(BlockingIOError, ConnectionRefusedError):  # lost, as on the air
+            with contextlib.suppress(OSError):  # lost, as on the air: silence decides when the link is
                 self._socket.sendto(datagram, self._peer)
 
     def receive(self, timeout_s: float) -> bytes:
@@ -145,9 +158,9 @@ class _Udp:
                 datagram, peer = self._socket.recvfrom(_READ_N)
             except BlockingIOError:
                 return bytes(data)
-            except ConnectionRefusedError:  # nobody there yet
-                continue
-            if self._is_ours(peer):
+            except OSError:  # nobody there yet, or the network is away for now
+                return bytes(data)
+            if datagram[:1] in _MAGICS and self._is_ours(peer):
                 data += datagram
 
     def _is_ours(self, peer: tuple[object, ...]) -> bool:

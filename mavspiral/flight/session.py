@@ -219,8 +219,14 @@ class Session:
         if not self._row.moves or s.follower is None or s.follower.pace.rate > 0.0:
             self._following_us = s.now_us
         elif (s.now_us - self._following_us) * 1e-6 > s.config.follow_within_s:
-            off_m = s.follower.error_m
-            self._give_up(f"the vehicle stays {off_m:.1f} m off its path; landing it there", State.LAND)
+            unheard_s = (s.now_us - s.local_us) * 1e-6
+            why = (
+                f"is {s.follower.error_m:.1f} m off its path"
+                if unheard_s < 1.0
+                else "does not tell where it is"
+            )
+            waited_s = s.config.follow_within_s
+            self._give_up(f"the vehicle {why} for {waited_s:.0f} s; landing it there", State.LAND)
 
     def _stop(self) -> None:
         self._stop_asked = False
@@ -281,7 +287,10 @@ class Session:
             self._conclude("dry run: all but arming went well", 0)
             return
         if state is State.OVER:
-            self._conclude(self._failure or "flown, landed, disarmed", 1 if self._failure else 0)
+            self._conclude(
+                f"landed, disarmed ({self._failure})" if self._failure else "flown, landed, disarmed",
+                1 if self._failure else 0,
+            )
             return
         s = self._s
         self.state, self._row = state, COURSE[state]

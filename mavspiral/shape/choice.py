@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -45,9 +46,31 @@ def choose(request: MapRequest, features: tuple[Feature, ...]) -> tuple[Feature,
             f"Fix: set [building] at = [lat, lon], e.g. {known}"
         )
     if seed.is_part:
-        return (seed, *(f for f in features if f.is_part and f is not seed and request.id is None))
+        whole = next((f for f in features if not f.is_part and _holds(f, *_interior(seed))), None)
+        if whole is None:
+            return _touching(seed, tuple(f for f in features if f.is_part))
+        seed = whole
     inside = (f for f in features if f.is_part and _holds(seed, *_interior(f)))
     return (seed, *inside)
+
+
+def _touching(seed: Feature, parts: tuple[Feature, ...]) -> tuple[Feature, ...]:
+    """The parts that hang together with `seed`: each has a corner in, or within 0.5 m of, another's box."""
+    found, left = [seed], [f for f in parts if f is not seed]
+    for here in found:
+        low, high = _box(here)
+        margin = 0.5 / 111_320.0 * np.array([1.0, 1.0 / max(math.cos(math.radians(low[0])), 1e-3)])
+        for other in list(left):
+            other_low, other_high = _box(other)
+            if np.all(other_low <= high + margin) and np.all(other_high >= low - margin):
+                found.append(other)
+                left.remove(other)
+    return tuple(found)
+
+
+def _box(feature: Feature) -> tuple[FloatArray, FloatArray]:
+    corners = np.vstack([rings[0] for rings in feature.polygons_deg])
+    return corners.min(axis=0), corners.max(axis=0)
 
 
 def _holds(feature: Feature, lat_deg: float, lon_deg: float) -> bool:

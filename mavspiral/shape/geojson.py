@@ -82,7 +82,7 @@ def _is_building(raw: Any) -> bool:
 def _feature(path: Path, number: int, raw: dict[str, Any]) -> Feature:
     tags = _tags(raw)
     identity = str(raw.get("id") or tags.get("@id") or tags.get("id") or f"feature {number}")
-    name = str(tags.get("name") or identity)
+    name = " ".join(str(tags.get("name") or identity).split())
     where = f"{path}: {name}"
     geometry = raw["geometry"]
     coordinates = geometry.get("coordinates")
@@ -132,6 +132,11 @@ def _ring(where: str, ring: Any) -> FloatArray:
     if len(points) > CORNERS_MAX:
         raise InputError(
             f"{where}: a ring has {len(points):,} corners, at most {CORNERS_MAX:,} are read. Fix: simplify the outline"
+        )
+    if np.ptp(points[:, 1]) > 180.0:
+        raise InputError(
+            f"{where}: a ring spans {np.ptp(points[:, 1]):.0f}° of longitude; a map across the 180th meridian cannot be read. "
+            "Fix: shift the map and at by a degree to rehearse"
         )
     scale = np.array([1.0, math.cos(math.radians(points[0, 0]))])
     flat = (points - points[0]) * scale * 111_320.0

@@ -81,7 +81,8 @@ def site_about(
     middle = south_west_m + np.array([cols[0] + cols[-1] + 1, rows[0] + rows[-1] + 1]) * (cell_m / 2.0)
     lat, lon, _ = frame.to_geodetic([middle[0], middle[1], 0.0])
     own = LocalFrame(GeoPoint(float(lat), float(lon), request.ground_amsl_m))
-    return Site(HeightMap(np.maximum(height_agl_m, 0.0), cell_m, own, south_west_m - middle), building)
+    standing_m = np.where(height_agl_m > BUILDING_MIN_M, height_agl_m, 0.0)
+    return Site(HeightMap(standing_m, cell_m, own, south_west_m - middle), building)
 
 
 def neighbourhood(building: NDArray[np.bool_], cell_m: float) -> tuple[slice, slice]:

@@ -19,7 +19,7 @@ def circle_ring_m(x_m: float, y_m: float, radius_m: float) -> FloatArray:
 
 
 def with_obstacle(site: Site, ring_enu_m: FloatArray, top_m: float) -> Site:
-    """The site with everything inside the ring `(n, 2)` solid up to `top_m`; the grid grows to hold it.
+    """The site with everything inside the ring `(n, 2)` solid from the ground up to `top_m`; the grid grows to hold it.
 
     Where it stands higher than the building, the cell is an obstacle and no longer the building's.
     """

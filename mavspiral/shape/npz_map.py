@@ -58,6 +58,10 @@ def site_from_npz(request: MapRequest) -> SiteMap:
         raise InputError(
             f"{path}: not a readable .npz height map ({error}). Fix: write it with numpy.savez"
         ) from None
+    if not 0.02 <= cell_m <= 10.0:
+        raise InputError(
+            f"{path}: cell_m is {cell_m:g}, wanted 0.02 to 10. Fix: give the cells' side in metres"
+        )
     if height.ndim != 2 or height.size == 0:
         raise InputError(f"{path}: height_agl_m has shape {height.shape}. Fix: give a (rows, cols) array")
     if not np.isfinite(height).all():

@@ -55,8 +55,11 @@ class SiteMap:
 
 def judge_size(request: MapRequest, rows: float, cols: float) -> None:
     """Refuses a grid that would not fit into memory, and says which cell size would."""
-    if not rows * cols <= CELLS_MAX:
-        fits = request.cell_m * math.sqrt(rows * cols / CELLS_MAX)
+    cells = max(
+        rows * cols, max(rows, cols) ** 2 / 4
+    )  # a long strip costs as much as the square around half of it
+    if not cells <= CELLS_MAX:
+        fits = request.cell_m * math.sqrt(cells / CELLS_MAX)
         raise InputError(
             f"{request.path}: {rows:.0f} × {cols:.0f} cells of {request.cell_m:g} m are more than {CELLS_MAX:,}. "
             + (

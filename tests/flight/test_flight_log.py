@@ -6,6 +6,7 @@ from fake_flight import HOME, VEHICLE_ORIGIN, fly, make_session
 from fake_px4 import FakePx4
 from pymavlink import mavutil
 
+from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
 
 EPOCH_US = 1_700_000_000_000_000
@@ -80,10 +81,10 @@ def test_a_failed_save_leaves_the_old_log_alone(flown, tmp_path, monkeypatch):
 
     def full_disk(file, **columns):
         file.write(b"half")
-        raise OSError("no space left on device")
+        raise OSError(28, "no space left on device")
 
     monkeypatch.setattr(np, "savez_compressed", full_disk)
-    with pytest.raises(OSError, match="no space"):
+    with pytest.raises(InputError, match="no space"):
         log.save(path)
     assert path.read_bytes() == before and [p.name for p in tmp_path.iterdir()] == ["c.npz"]
 

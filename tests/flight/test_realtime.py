@@ -64,6 +64,57 @@ def test_a_whole_flight_over_udp(px4):
     assert not px4.armed and session.figures.rate_hz == pytest.approx(50, abs=0.1)
 
 
+class Wire:
+    """The fake vehicle as a transport, 20 ms a receive."""
+
+    def __init__(self, px4):
+        self.px4, self.now_us, self._frames = px4, 1_000_000, []
+
+    def send(self, data):
+        self._frames = split(data)
+
+    def receive(self, timeout_s):
+        self.now_us += 20_000
+        return b"".join(self.px4.step(self.now_us, self._frames))
+
+    def close(self):
+        pass
+
+
+@pytest.mark.parametrize(("error", "raised"), [(BrokenPipeError, False), (ZeroDivisionError, True)])
+def test_whoever_watches_cannot_end_a_flight(px4, error, raised):
+    """A closed terminal, or a fault in a user's callback, must leave no vehicle in the air."""
+    session, wire = make_session(), Wire(px4)
+    shown = []
+
+    def watch(session, step):
+        if session.path_t_s > 10:
+            shown.append(step)
+            raise error
+
+    with pytest.raises(error) if raised else contextlib.nullcontext():
+        drive(session, wire, watch, now_us=lambda: wire.now_us)
+    assert session.outcome.ok and not px4.armed
+    assert len(shown) == 1, "it is not asked again"
+
+
+def test_a_strangers_datagrams_open_no_conversation(px4):
+    port = free_port()
+    with (
+        opened(f"udpin://127.0.0.1:{port}") as transport,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger,
+    ):
+        stranger.sendto(b"hello", ("127.0.0.1", port))
+        assert transport.receive(0.5) == b""
+        stranger.sendto(b"\xfd\x00", ("127.0.0.1", port))
+        assert transport.receive(0.5) == b"\xfd\x00"
+
+
+def test_an_address_that_cannot_be_reached_is_silence_not_a_fault(px4):
+    with opened("udpout://255.255.255.255:14580") as transport:
+        transport.send(make_session().step(0, b"").send)
+
+
 def test_ctrl_c_holds_and_again_flies_home(px4):
     port = free_port()
     presses = []
@@ -131,9 +182,9 @@ def test_a_listening_port_answers_whoever_spoke_first():
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as second,
     ):
         transport.send(b"\xfd" + bytes(11))  # nobody to send to yet: no harm
-        first.sendto(b"one", ("127.0.0.1", port))
-        assert transport.receive(1.0) == b"one"
-        second.sendto(b"two", ("127.0.0.1", port))
+        first.sendto(b"\xfdone", ("127.0.0.1", port))
+        assert transport.receive(1.0) == b"\xfdone"
+        second.sendto(b"\xfdtwo", ("127.0.0.1", port))
         assert transport.receive(0.2) == b""
         beat = make_session().step(0, b"").send
         transport.send(beat)

@@ -372,7 +372,10 @@ def test_without_a_safe_way_home_it_lands_where_it_is(px4):
     fly_on(session, px4, until=lambda: session.state is State.HOLD)
     session.stop()
     fly_on(session, px4)
-    assert session.outcome.reason == "stopped by the user; flying home; walls all round; landing"
+    assert (
+        session.outcome.reason
+        == "landed, disarmed (stopped by the user; flying home; walls all round; landing)"
+    )
     assert not px4.armed
 
 

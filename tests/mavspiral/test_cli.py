@@ -78,6 +78,22 @@ def test_a_plan_that_fails_its_limits_exits_1_and_writes_nothing(tmp_path):
         ("maps/kiosk.geojson", "maps/nowhere.geojson", "no such map"),
         ("home = [23.96028, 32.8675]", "home = [23.9605, 32.8675]", "is inside something"),
         ("home = [23.96028, 32.8675]", "home = [23.960445, 32.8675]", "from the nearest wall"),
+        ("home = [23.96028, 32.8675]", "home = [32.8675, 23.96028]", "km from the building"),
+        ("overlap = 0.25", "overlap = 0.25\nbottom_m = 0", "nearer to the ground"),
+        ("overlap = 0.25", "overlap = 0.25\nbottom_m = 90", "above"),
+        ("focal_length_mm = 8.8", "focal_length_mm = 999", "turns"),
+        (
+            "[accept]",
+            "[[keepout]]\ncircle = [32.8, 23.9, 4.0]\nheight_m = [0, 9]\n[accept]",
+            "latitude, longitude",
+        ),
+        (
+            "[accept]",
+            "[[keepout]]\ncircle = [23.9605, 32.8675, 20]\nheight_m = [0, 9]\n[accept]",
+            "whole building",
+        ),
+        ("home_height_m = -1.5", "home_height_m = 8.0\nradius_m = 0.4", "level at its home"),
+        ("speed_mps = 5.0", "speed_mps = 0.001", "at least 0.1"),
         ('gps = "rtk"', 'airframe = "zeppelin"', "zeppelin"),
         ('gps = "rtk"', 'autopilot = "ardupilot"', "ardupilot"),
     ],
@@ -88,6 +104,32 @@ def test_bad_input_exits_2_with_one_line(tmp_path, old, new, words):
     (line,) = answer.stderr.strip().splitlines()
     assert words in line
     assert not (tmp_path / "out").exists()
+
+
+def test_a_mission_that_the_vehicle_refuses_before_arming_says_why(tmp_path):
+    """The bundled PX4 descends at 1.5 m/s at the most (MPC_Z_VEL_MAX_DN)."""
+    path = changed(tmp_path, "descent_mps = 1.5", "descent_mps = 4.0", mission="torre")
+    answer = run("simulate", path, "--out", tmp_path / "out", "--json")
+    assert answer.returncode == 1, answer.stderr
+    summary = json.loads(answer.stdout)
+    assert any("MPC_Z_VEL_MAX_DN allows 1.50" in failure for failure in summary["failures"])
+    assert summary["tracking"]["p95_m"] is None
+    assert Path(summary["files"]["html"]).exists()
+
+
+def test_a_flight_longer_than_the_battery_is_refused(tmp_path):
+    answer = run("plan", changed(tmp_path, "endurance_s = 1500", "endurance_s = 300", mission="torre"))
+    assert answer.returncode == 1
+    assert "endurance_s = 300" in answer.stderr
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_the_flight(tmp_path):
+    (tmp_path / "out").write_text("")
+    url = ("--connect", "udpin://127.0.0.1:14998")
+    answer = run("fly", "missions/kiosk.toml", *url, "--yes", "--out", tmp_path / "out")
+    assert answer.returncode == 2
+    assert "cannot be written" in answer.stderr
+    assert "connect" not in answer.stdout
 
 
 def test_a_file_in_the_way_of_the_folder(tmp_path):

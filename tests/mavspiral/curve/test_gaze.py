@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mavspiral.curve.gaze import Gaze, fixed_gaze, inward_gaze, turning_gaze
+from mavspiral.curve.gaze import YawSpline, inward_gaze
 from mavspiral.curve.spiral import plan_spiral
 
 NUMBERS = {
@@ -59,19 +59,8 @@ def test_derivatives_are_derivatives_and_do_not_jump(blocks):
         assert jump.max() < 1e-6 * max(1.0, np.abs(gaze(knots, order)).max())
 
 
-def test_turning_is_from_rest_to_rest():
-    gaze = turning_gaze(1.0, -4.0)
-    np.testing.assert_allclose(gaze([0.0, 1.0]), [1.0, -4.0], atol=1e-12)
-    for order in (1, 2):
-        np.testing.assert_allclose(gaze([0.0, 1.0], order), 0.0, atol=1e-9)
-    assert (np.diff(gaze(np.linspace(0.0, 1.0, 300))) <= 1e-12).all()
-    still = fixed_gaze(0.7)
-    np.testing.assert_allclose(still([0.0, 0.3, 1.0]), 0.7)
-    np.testing.assert_allclose(still([0.0, 0.3, 1.0], 2), 0.0, atol=1e-12)
-
-
 def test_too_few_knots_are_refused():
     with pytest.raises(ValueError, match="3 knots"):
-        Gaze(np.zeros(3), 0.1)
+        YawSpline(np.zeros(3), 0.1)
     with pytest.raises(ValueError, match="order is 3"):
-        fixed_gaze(0.0)(0.0, 3)
+        YawSpline(np.zeros(4), 1.0)(0.0, 3)

@@ -119,6 +119,43 @@ def test_a_neighbour_without_a_height_is_taken_to_be_tall_and_said(tmp_path):
     assert "near" in answer.warnings[0]
 
 
+def test_parts_without_an_outline_are_one_building_where_they_touch(tmp_path):
+    low = feature(box(0, 0, 20, 20), "low", building__part="yes", height="10")
+    high = feature(box(12, 0, 4, 10), "high", building__part="yes", height="30")
+    away = feature(box(80, 0, 10, 10), "away", building__part="yes", height="50")
+    for wanted in ({"at": (LAT, LON)}, {"id": "high"}):
+        site = read(write(tmp_path, low, high, away), **wanted).site
+        assert site.building_height_m.max() == 30.0
+        assert site.obstacle_height_m.max() == 50.0
+
+
+def test_the_id_of_a_part_means_its_building(tmp_path):
+    outline = feature(box(0, 0, 40, 40), "b", building="yes", height="50")
+    tower = feature(box(5, 5, 10, 10), "t", building__part="yes", height="50")
+    podium = feature(box(0, 0, 40, 40), "p", building__part="yes", height="12")
+    site = read(write(tmp_path, outline, tower, podium), id="t").site
+    assert site.obstacle_height_m.max() == 0.0
+    assert site.building_height_m.max() == 50.0
+
+
+def test_a_ring_across_the_180th_meridian_is_refused(tmp_path):
+    made = feature(box(0, 0, 9, 9))
+    ring = [[179.9999, 0], [-179.9999, 0], [-179.9999, 0.001], [179.9999, 0.001]]
+    made["geometry"]["coordinates"] = [ring]
+    assert "180th meridian" in refusal(write(tmp_path, made))
+
+
+def test_noise_on_the_ground_is_no_wall(tmp_path):
+    height = np.random.default_rng(1).uniform(0.0, 0.3, (60, 80))
+    height[20:40, 30:50] = 9.0
+    site = read(npz(tmp_path, height_agl_m=height)).site
+    assert np.count_nonzero(site.heights.height_agl_m) == 400
+
+
+def test_a_strip_without_end_is_refused_and_not_allocated(tmp_path):
+    assert "2 × 200000 cells" in refusal(npz(tmp_path, height_agl_m=np.full((2, 200_000), 3.0)))
+
+
 def test_holes_stay_open(tmp_path):
     made = feature(box(0, 0, 40, 40))
     made["geometry"]["coordinates"].append(ring(box(0, 0, 20, 20)))
