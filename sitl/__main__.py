@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from typing import NoReturn
 
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
@@ -17,11 +18,22 @@ from sitl.vehicle import VehicleConfig
 __all__ = ["main"]
 
 _KIOSK_HOME = "23.96028,32.8675,188.5,40"
+_WARM_UP_US = 3_000_000
+_LOWEST_M, _HIGHEST_M = -1000.0, 20_000.0
+_STRONGEST_MPS = 100.0
+_SEED_DIGITS = 18
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says in one line what is wrong."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"sitl: {message}\n")
 
 
 def main(argv: list[str] | None = None) -> int:
     """Run the vehicle until Ctrl-C. Returns the exit code: 2 when a port is taken or an option is wrong."""
-    options = _parser().parse_args(argv)
+    options = _options().parse_args(argv)
     home, heading_ned_rad = options.home
     try:
         airframe = load_airframe(options.airframe)
@@ -41,6 +53,11 @@ def main(argv: list[str] | None = None) -> int:
     config = SimulatorConfig(
         vehicle, options.autopilot, options.instance, loss_scale=max(1.0, options.speedup)
     )
+    try:
+        _warm_up(config)
+    except KeyboardInterrupt:
+        print("sitl: stopped", flush=True)
+        return 0
     try:
         links = px4_links(options.bind, options.instance)
     except PortTakenError as error:
@@ -76,13 +93,18 @@ def main(argv: list[str] | None = None) -> int:
     return 0
 
 
+def _warm_up(config: SimulatorConfig) -> None:
+    """Live with a vehicle that is thrown away: numba compiles while nobody on the air waits for it."""
+    Simulator(config).exchange(_WARM_UP_US, (b"", b""))
+
+
 def _ports(ports: tuple[int, int], instance: int) -> str:
     local, remote = ports
     return f"{local + instance}→{remote + instance}"
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m sitl", description=__doc__)
+def _options() -> argparse.ArgumentParser:
+    parser = _Parser(prog="python -m sitl", description=__doc__)
     add = parser.add_argument
     add("--autopilot", choices=["px4"], default="px4", help="whose behaviour on the link (default: px4)")
     add("--airframe", default="x500", help="which body (default: x500)")
@@ -91,7 +113,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--wind", type=_wind, default=(0.0, 0.0, 0.0), metavar="MPS[,FROM_DEG]",
         help="steady wind and where it blows from (default: none; from the west)")  # fmt: skip
     add("--speedup", type=_positive, default=1.0, metavar="X", help="times real time (default: 1)")
-    add("--seed", type=int, default=0, metavar="N", help="of the senses' noise (default: 0)")
+    add("--seed", type=_seed, default=0, metavar="N", help="of the senses' noise (default: 0)")
     add("--instance", type=_instance, default=0, metavar="N", help="added to the ports; the system is N + 1")
     add("--bind", default="127.0.0.1", metavar="ADDR", help="listen there (default: this machine only)")
     add("--gps", choices=["rtk", "standard"], default="rtk", help="how good the fixes are (default: rtk)")
@@ -116,11 +138,17 @@ def _home(text: str) -> tuple[GeoPoint, float]:
         raise argparse.ArgumentTypeError(
             f"{text!r}: latitude is within ±89 and longitude within ±180 degrees"
         )
+    if not _LOWEST_M <= alt_amsl_m <= _HIGHEST_M:
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: altitude is within {_LOWEST_M:.0f} and {_HIGHEST_M:.0f} m above sea level"
+        )
     return GeoPoint(lat_deg, lon_deg, alt_amsl_m), math.radians(heading_deg)
 
 
 def _wind(text: str) -> tuple[float, float, float]:
     speed_mps, from_deg, *_ = [*_numbers(text, (1, 2), "MPS or MPS,FROM_DEG"), 270.0]
+    if abs(speed_mps) > _STRONGEST_MPS:
+        raise argparse.ArgumentTypeError(f"{text!r}: wind is at most {_STRONGEST_MPS:.0f} m/s")
     from_rad = math.radians(from_deg)
     return -speed_mps * math.cos(from_rad), -speed_mps * math.sin(from_rad), 0.0
 
@@ -132,8 +160,16 @@ def _positive(text: str) -> float:
     return number
 
 
+def _seed(text: str) -> int:
+    if not text.isdecimal() or len(text) > _SEED_DIGITS:
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: wanted an integer from 0, of at most {_SEED_DIGITS} digits"
+        )
+    return int(text)
+
+
 def _instance(text: str) -> int:
-    if not text.isdigit() or int(text) > 253:
+    if not text.isdecimal() or len(text) > 3 or int(text) > 253:
         raise argparse.ArgumentTypeError(f"{text!r}: wanted an integer from 0 to 253")
     return int(text)
 
@@ -141,7 +177,7 @@ def _instance(text: str) -> int:
 def _fault(text: str) -> Fault:
     try:
         return parse_fault(text)
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 

@@ -12,7 +12,7 @@ from sitl.plans import PlanItem
 from sitl.rotation import from_euler, to_yaw
 from sitl.signals import GeoPoint, vector
 
-__all__ = ["PAYLOAD_COMMANDS", "Payload"]
+__all__ = ["Payload"]
 
 _ROI_LOCATION_MODE = 3
 _FOREVER = -1
@@ -170,5 +170,3 @@ _ACTS: Mapping[int, _Act] = {
     2000: _start,
     2001: _stop,
 }
-PAYLOAD_COMMANDS = frozenset({*_ACTS, 1001})
-"""What camera and gimbal understand; DO_GIMBAL_MANAGER_CONFIGURE changes nothing here."""

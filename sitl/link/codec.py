@@ -1,12 +1,14 @@
 """MAVLink bytes to messages and back, sans-I/O: what pymavlink accepts and what pymavlink emits, but faster.
 
-Framing, MAVLink 1 and signatures are pymavlink's; payloads are read and written here from pymavlink's tables
+MAVLink 1 and signatures are pymavlink's; payloads are read and written here from pymavlink's tables
 (`messages`). A datagram of whole, unsigned MAVLink 2 frames, as almost all are, is walked in place. Whatever
-is left of it goes through pymavlink's parser, so that the same frames are accepted and lost as there.
+is left of it is searched for frames byte by byte: a false start byte costs none of the frames behind it,
+where pymavlink's parser swallows as much as the false header promises.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from struct import Struct
@@ -24,6 +26,8 @@ _MAGIC_V1 = 0xFE
 _HEADER_LENGTH = 10
 _HEADER_LENGTH_V1 = 6
 _CHECKSUM_LENGTH = 2
+_SIGNED = common.MAVLINK_IFLAG_SIGNED
+_START = re.compile(b"[\xfd\xfe]")
 _crc: Callable[[bytes, int], int] = getattr(common, "mcrf4xx", None) or (
     lambda data, _: common.x25crc(data).crc
 )
@@ -54,7 +58,7 @@ class Codec:
     def __init__(self, system: int, component: int) -> None:
         self.system = system
         self.component = component
-        self._parser = _Parser()
+        self._rare = common.MAVLink(None)
         self._sequence = 0
         self._pending = b""
         self._received = 0
@@ -85,27 +89,73 @@ class Codec:
                 end = begin + _HEADER_LENGTH + data[begin + 1] + _CHECKSUM_LENGTH
                 if end > size:
                     break
-                try:
-                    messages.append(_decode(data[begin:end]))
-                except common.MAVError:
-                    self._rejected += 1
+                received = _decode(data[begin:end])
+                if received is None or received.message is None:
+                    break
+                messages.append(received)
                 begin = end
         if begin < len(data):
-            messages.extend(self._parse(data[begin:]))
+            messages.extend(self._search(self._pending + data[begin:]))
         self._received += len(messages)
         return messages
 
-    def _parse(self, data: bytes) -> list[Received]:
-        parser = self._parser
-        parser.buf, parser.buf_index = bytearray(self._pending + data), 0
+    def _search(self, data: bytes) -> list[Received]:
+        """The frames among whatever else is there. What may still become one is kept.
+
+        Nobody can check a frame whose number the dialect does not know. It counts as one when another frame
+        seems to follow it and none that can be checked begins inside it.
+        """
         messages: list[Received] = []
-        while (message := parser.parse_char(b"")) is not None:
-            if isinstance(message, Received):
-                messages.append(message)
-            else:
-                self._rejected += 1
-        self._pending = bytes(parser.buf[parser.buf_index :])
+        at = accepted_to = searched_to = 0
+        while (start := _START.search(data, at)) is not None:
+            at = start.start()
+            end = at + _size(data, at)
+            if end > len(data):
+                break
+            received = self._read(data[at:end])
+            if received is not None and received.message is None:
+                searched_to = self._next_sure(data, max(searched_to, at + 1), end)
+                if searched_to < end:
+                    received = None
+                elif end == len(data):
+                    break
+                elif not _START.match(data, end):
+                    received = None
+            if received is None:
+                at += 1
+                continue
+            messages.append(received)
+            self._rejected += at > accepted_to
+            at = accepted_to = end
+        else:
+            at = len(data)
+        self._rejected += at > accepted_to
+        self._pending = data[at:]
         return messages
+
+    def _next_sure(self, data: bytes, begin: int, end: int) -> int:
+        """Where the first frame begins that has come whole and whose checksum holds; `end` if none does."""
+        for start in _START.finditer(data, begin, end):
+            at = start.start()
+            received = self._read(data[at : at + _size(data, at)])
+            if received is not None and received.message is not None:
+                return at
+        return max(begin, end)
+
+    def _read(self, frame: bytes) -> Received | None:
+        """What a frame carries; None when it is none, or not whole."""
+        if not frame or len(frame) < _size(frame, 0):
+            return None
+        if frame[0] == _MAGIC and not frame[2]:
+            return _decode(frame)
+        try:
+            sender = self._rare.decode(bytearray(frame))
+        except common.MAVError:
+            return None
+        begin = _HEADER_LENGTH_V1 if frame[0] == _MAGIC_V1 else _HEADER_LENGTH
+        known = layout(sender.get_msgId())
+        message = None if known is None else known.unpack(frame[begin : begin + frame[1]])
+        return Received(message, sender.get_srcSystem(), sender.get_srcComponent())
 
     @property
     def received(self) -> int:
@@ -129,34 +179,32 @@ class Codec:
         self._rejected = state.rejected
 
 
-class _Parser(common.MAVLink):  # type: ignore[misc]
-    """pymavlink's framing around the decoder of this module."""
+def _size(data: bytes, at: int) -> int:
+    """How long the frame is that begins there; the least that it can be while too little has come to know.
 
-    def __init__(self) -> None:
-        super().__init__(file=None)
-        self.robust_parsing = True
-
-    def decode(self, msgbuf: bytearray) -> Received:
-        if msgbuf[0] == _MAGIC and not msgbuf[2]:
-            return _decode(msgbuf)
-        sender = super().decode(msgbuf)  # raises MAVError unless checksum and signature hold
-        header_length = _HEADER_LENGTH_V1 if msgbuf[0] == _MAGIC_V1 else _HEADER_LENGTH
-        payload = msgbuf[header_length : header_length + msgbuf[1]]
-        known = layout(sender.get_msgId())
-        message = None if known is None else known.unpack(payload)
-        return Received(message, sender.get_srcSystem(), sender.get_srcComponent())
+    Zero when its header is impossible.
+    """
+    header = data[at : at + 3]
+    if header[:1] == bytes((_MAGIC_V1,)):
+        return _HEADER_LENGTH_V1 + _CHECKSUM_LENGTH + (header[1] if len(header) > 1 else 0)
+    if len(header) < 3:
+        return _HEADER_LENGTH + _CHECKSUM_LENGTH
+    if header[2] & ~_SIGNED:
+        return 0
+    signature_length = common.MAVLINK_SIGNATURE_BLOCK_LEN if header[2] else 0
+    return _HEADER_LENGTH + header[1] + _CHECKSUM_LENGTH + signature_length
 
 
-def _decode(frame: bytes | bytearray) -> Received:
-    """What an unsigned MAVLink 2 frame carries. Raises: MAVError when its checksum is wrong."""
+def _decode(frame: bytes) -> Received | None:
+    """What an unsigned MAVLink 2 frame carries; None when its checksum is wrong."""
     _, _, _, _, _, system, component, low, high = _HEADER.unpack_from(frame)
     known = layout(low | high << 16)
     if known is None:
         return Received(None, system, component)
     if _checksum(frame[:-_CHECKSUM_LENGTH], known.crc_extra) != frame[-_CHECKSUM_LENGTH:]:
-        raise common.MAVError("checksum")
+        return None
     return Received(known.unpack(frame[_HEADER_LENGTH:-_CHECKSUM_LENGTH]), system, component)
 
 
-def _checksum(frame: bytes | bytearray, crc_extra: bytes) -> bytes:
-    return _crc(bytes(frame[1:]) + crc_extra, 0xFFFF).to_bytes(_CHECKSUM_LENGTH, "little")
+def _checksum(frame: bytes, crc_extra: bytes) -> bytes:
+    return _crc(frame[1:] + crc_extra, 0xFFFF).to_bytes(_CHECKSUM_LENGTH, "little")

@@ -1,7 +1,7 @@
 """PX4's parameter protocol and the parameters that are on offer.
 
-The vehicle's own (`sitl.params`) all have a meaning in it. The others here are obeyed by the commander or are
-asked for by ground stations before they say that a vehicle is complete.
+The vehicle's own (`sitl.params`) all have a meaning in it. The others here are asked for by ground stations
+before they say that a vehicle is complete.
 """
 
 from __future__ import annotations
@@ -50,26 +50,11 @@ _OTHERS: Mapping[str, float | int] = {
     "GF_ACTION": 2,
     "MAV_COMP_ID": 1,
     "MAV_TYPE": 2,
-    "MIS_DIST_1WP": 900.0,
-    "MIS_MNT_YAW_CTL": 0,
-    "MIS_TKO_LAND_REQ": 0,
-    "MIS_YAW_ERR": 12.0,
-    "MIS_YAW_TMT": -1.0,
     "MPC_ACC_DOWN_MAX": 3.0,
     "MPC_ACC_HOR_MAX": 5.0,
     "MPC_ACC_UP_MAX": 4.0,
-    "MPC_JERK_AUTO": 4.0,
     "MPC_JERK_MAX": 8.0,
-    "MPC_LAND_ALT1": 10.0,
-    "MPC_LAND_ALT2": 5.0,
-    "MPC_XY_ERR_MAX": 2.0,
-    "MPC_XY_TRAJ_P": 0.5,
-    "MPC_YAW_MODE": 0,
-    "MPC_YAWRAUTO_ACC": 20.0,
     "NAV_LOITER_RAD": 80.0,
-    "NAV_MC_ALT_RAD": 0.8,
-    "RTL_CONE_ANG": 45,
-    "RTL_MIN_DIST": 10.0,
     "RTL_TYPE": 0,
     "SYS_AUTOCONFIG": 0,
     "SYS_AUTOSTART": 10040,

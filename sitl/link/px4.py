@@ -49,6 +49,8 @@ _RESULTS = {
     Verdict.NOT_NOW: common.MAV_RESULT_TEMPORARILY_REJECTED,
     Verdict.DENIED: common.MAV_RESULT_DENIED,
 }
+_HEARTBEAT_LIMIT_US = 1e6
+"""Nobody switches HEARTBEAT off or makes it rarer than PX4 sends it: the vehicle would seem to be gone."""
 _CUSTOM_MODE = 1
 _OURS, _ANY = common.MAV_COMP_ID_AUTOPILOT1, common.MAV_COMP_ID_ALL
 
@@ -245,7 +247,9 @@ class Px4Link:
 
     def _set_interval(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         message_id = _number(command.param1)
-        if message_id not in _BUILDERS and message_id not in (_PING.ID, _TIMESYNC.ID):
+        unknown = message_id not in _BUILDERS and message_id not in (_PING.ID, _TIMESYNC.ID)
+        silenced = message_id == _HEARTBEAT.ID and not 0.0 <= command.param2 <= _HEARTBEAT_LIMIT_US
+        if unknown or silenced:
             return [_ack(command.number, common.MAV_RESULT_FAILED, received)]
         self._streams.set_interval_us(message_id, command.param2, helm.time_us)
         return [_ack(command.number, common.MAV_RESULT_ACCEPTED, received)]

@@ -118,6 +118,22 @@ def test_message_intervals_are_set_switched_off_and_reset(client, pick):
     assert len(pick(heard, "ATTITUDE")) == 200
 
 
+@pytest.mark.parametrize("interval_us", [-1, math.nan, math.inf, 2e6, 3e38])
+def test_the_heartbeat_is_never_switched_off(client, pick, interval_us):
+    client.command(511, 0, interval_us)
+    assert acks(client.live(0.1), pick) == [(511, 4)]
+    assert len(pick(client.live(5.0), "HEARTBEAT")) == 5
+
+
+def test_the_heartbeat_comes_oftener_if_asked_and_goes_back_to_its_default(client, pick):
+    client.command(511, 0, 500_000)
+    assert acks(client.live(0.1), pick) == [(511, 0)]
+    assert len(pick(client.live(4.0), "HEARTBEAT")) == 8
+    client.command(511, 0, 0)
+    assert acks(client.live(0.1), pick) == [(511, 0)]
+    assert len(pick(client.live(4.0), "HEARTBEAT")) == 4
+
+
 def test_timesync_and_ping_are_answered(client, pick):
     client.live(1.0)
     client.say("TIMESYNC", tc1=0, ts1=77)

@@ -1,0 +1,62 @@
+"""`python -m sitl`'s options: what is wrong is said in one line; nobody is on the air before it is warm."""
+
+import pytest
+
+from sitl import __main__ as command_line
+from sitl.link.endpoint import PortTakenError
+from sitl.simulator import Simulator
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("--seed", "-1"),
+        ("--seed", "1.5"),
+        ("--seed", "9" * 5000),
+        ("--home", "0,0,1e300,0"),
+        ("--home", "0,0,-2000,0"),
+        ("--home", "0,0,nan,0"),
+        ("--home", "90,0,0,0"),
+        ("--home", "here"),
+        ("--wind", "nan"),
+        ("--wind", "1e9"),
+        ("--wind", "5,inf"),
+        ("--speedup", "0"),
+        ("--speedup", "inf"),
+        ("--instance", "-1"),
+        ("--instance", "9" * 5000),
+        ("--fault", "gps_loss@" + "9" * 400 + "s"),
+        ("--fault", "nothing@1s"),
+        ("--gps", "none"),
+    ],
+)
+def test_a_wrong_value_is_said_in_one_line(option, value, capsys):
+    with pytest.raises(SystemExit) as stop:
+        command_line.main([f"{option}={value}"])
+    assert stop.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("sitl: ")
+    assert option in line
+
+
+@pytest.mark.parametrize(
+    "options", [["--home=89,180,20000,1e300"], ["--wind=100,1e300"], ["--seed=" + "9" * 18]]
+)
+def test_the_widest_values_fly_and_the_vehicle_is_warm_before_its_ports_are_opened(
+    options, monkeypatch, capsys
+):
+    lived_us = []
+    exchange = Simulator.exchange
+
+    def noted(simulator, now_us, received):
+        lived_us.append(now_us)
+        return exchange(simulator, now_us, received)
+
+    def taken(address, instance):
+        assert lived_us == [3_000_000]
+        raise PortTakenError(address, 14580 + instance)
+
+    monkeypatch.setattr(Simulator, "exchange", noted)
+    monkeypatch.setattr(command_line, "px4_links", taken)
+    assert command_line.main(options) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
