@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -185,13 +186,16 @@ def plan(mission: Mission) -> Inspection:
     trajectory = _route(mission, site, leg, home, required_m)
     watch.lap("transits")
 
-    states = trajectory.sampled(GRID_S)
-    clearance = measure_clearance(
-        trajectory.sampled(CLEARANCE_GRID_S),
-        site,
-        reaction_s=REACTION_S,
-        braking_mps2=limits.acceleration_mps2,
-    )
+    with ThreadPoolExecutor(max_workers=1) as beside:  # both are kernels that run without the interpreter
+        measuring = beside.submit(
+            measure_clearance,
+            trajectory.sampled(CLEARANCE_GRID_S),
+            site,
+            reaction_s=REACTION_S,
+            braking_mps2=limits.acceleration_mps2,
+        )
+        states = trajectory.sampled(GRID_S)
+        clearance = measuring.result()
     certificate = _certificate(mission, states, clearance, limits, required_m)
     watch.lap("certificate")
     if trajectory.duration_s > mission.vehicle.endurance_s:

@@ -30,7 +30,7 @@ BASIS = _basis()
 """Of the pieces that weigh the five keys of a span, in ascending powers of the place in the span."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def mixed_series(
     u: FloatArray, spectra: FloatArray, of_key: NDArray[np.int64], key_rad: float, basis: FloatArray
 ) -> FloatArray:

@@ -114,7 +114,7 @@ def _way_distance2(p: FloatArray, w: FloatArray, box: FloatArray) -> float:
     return distance2
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _distances(
     pyramid: FloatArray, cell: float, origin: FloatArray, positions: FloatArray, sweeps: FloatArray
 ) -> FloatArray:
