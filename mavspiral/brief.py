@@ -188,12 +188,7 @@ def home_enu_m(mission: Mission, site: Site, required_m: float) -> FloatArray:
     places = np.column_stack(
         [-away_m / math.sqrt(2), -away_m / math.sqrt(2), np.full(len(away_m), -HOME_LOWER_M)]
     )
-    free = np.flatnonzero(
-        Solids.of(site.heights.height_agl_m, site.heights.cell_m, site.heights.origin_enu_m).distance_m(
-            places
-        )
-        >= required_m + 2.0
-    )
+    free = np.flatnonzero(Solids.of_map(site.heights).distance_m(places) >= required_m + 2.0)
     if not len(free):
         raise InputError("no free place for a home was found. Fix: set [vehicle] home = [lat, lon]")
     return np.asarray(places[free[0]])

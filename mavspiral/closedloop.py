@@ -174,7 +174,7 @@ def _measured(
     seen, frame, heights = witness.columns(), inspection.site.heights.frame, inspection.site.heights
     to_home = frame.to_vehicle(frame.geo_point(inspection.home_enu_m))
     position_enu_m = to_home.position_enu_m(seen["position_ned_m"])
-    solids = Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
+    solids = Solids.of_map(heights)
 
     log = session.log()
     at = np.searchsorted(seen["time_us"], log.t_us)

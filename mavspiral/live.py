@@ -95,7 +95,7 @@ def _measured(inspection: Inspection, log: FlightLog | None) -> tuple[FloatArray
     if log is None or not log.t_us.size:
         return np.empty(0), np.empty(0)
     heights = inspection.site.heights
-    solids = Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
+    solids = Solids.of_map(heights)
     known = np.isfinite(log.estimate_position_enu_m).all(axis=1) & _fresh(log)
     away_m = np.sqrt(((log.estimate_position_enu_m - log.reference_position_enu_m) ** 2).sum(axis=1))
     return away_m[log.on_leg("inspection") & known & np.isfinite(away_m)], solids.distance_m(

@@ -108,7 +108,7 @@ class Inspection:
         Raises:
             LimitError: there is no such way below the ceiling, or it is there already.
         """
-        solids = _solids(self.site)
+        solids = Solids.of_map(self.site.heights)
         spare_m = float(solids.distance_m(start_enu_m[None, :])[0]) - MARGIN_M - 0.1
         way = _way(
             self.mission, self.site, solids, start_enu_m, end_enu_m, min(self.clearance_required_m, spare_m)
@@ -206,7 +206,7 @@ def plan(mission: Mission) -> Inspection:
     if not certificate.ok:
         raise LimitError(
             f"{mission.name}: the plan fails its limits: {'; '.join(certificate.failures)}. "
-            "Fix: another standoff_m, or move what stands there ([[keepout]], neighbours) into account"
+            "Fix: another standoff_m, or another band (bottom_m, top_m) away from it"
         )
 
     shots = shots_of(
@@ -244,7 +244,7 @@ def plan(mission: Mission) -> Inspection:
 
 def _route(mission: Mission, site: Site, leg: Leg, home_enu_m: FloatArray, required_m: float) -> Trajectory:
     """Home, the way to the spiral, the spiral, the way back: from 4 m above home and back to there."""
-    solids, limits = _solids(site), limits_of(mission)
+    solids, limits = Solids.of_map(site.heights), limits_of(mission)
     judge_home(site.heights, solids, home_enu_m, required_m)
     standing_m = float(site.heights.sample(home_enu_m))
     rise_m = max(TAKEOFF_M, required_m + 0.5 if standing_m > 0.5 else 0.0)
@@ -276,11 +276,6 @@ def _way(
         ceiling_m=mission.limits.ceiling_m,
         top_m=site.heights.top_m,
     )
-
-
-def _solids(site: Site) -> Solids:
-    heights = site.heights
-    return Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
 
 
 def _certificate(

@@ -15,6 +15,7 @@ from numba import njit
 from numpy.typing import ArrayLike
 
 from mavspiral.arrays import FloatArray, locked
+from mavspiral.shape.heightmap import HeightMap
 
 __all__ = ["Solids"]
 
@@ -42,6 +43,11 @@ class Solids:
             levels.append(level.ravel())
         pyramid = locked(np.concatenate(levels[::-1]), shape=(None,), name="pyramid")
         return cls(heights, float(cell_m), locked(origin_enu_m, shape=(2,), name="origin_enu_m"), pyramid)
+
+    @classmethod
+    def of_map(cls, heights: HeightMap) -> Solids:
+        """The boxes of everything on the map."""
+        return cls.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
 
     def distance_m(self, position_enu_m: ArrayLike, sweep_enu_m: ArrayLike = 0.0) -> FloatArray:
         """How near each straight way, from a position `(n, 3)` over its sweep, comes to a box.
