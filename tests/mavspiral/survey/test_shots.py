@@ -1,20 +1,20 @@
 import numpy as np
 import pytest
 
-from mavspiral.curve.gaze import turning_gaze
 from mavspiral.curve.line import LinePath
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import Leg, Trajectory
+from mavspiral.motion.turn import TurnGaze
 from mavspiral.survey.shots import flown_shots, shots_of
 
 LIMITS = Limits(5.0, 2.0, 1.5, 2.0, 4.0, 0.8, 1.0)
 
 
 def line(yaw_from=1.0, yaw_to=1.0, end=(60.0, 0.0, 10.0)):
-    path, gaze = LinePath((0.0, 0.0, 10.0), end), turning_gaze(yaw_from, yaw_to)
+    path, gaze = LinePath((0.0, 0.0, 10.0), end), TurnGaze(yaw_from, yaw_to)
     away = LinePath((-20.0, 0.0, 10.0), (0.0, 0.0, 10.0))
-    still = turning_gaze(yaw_from, yaw_from)
+    still = TurnGaze(yaw_from, yaw_from)
     return Trajectory(
         (
             Leg("approach", away, still, fastest_law(away, still, LIMITS)),
