@@ -121,7 +121,8 @@ def fly(
     brief = _load(mission)
     inspection = make_plan(brief)
     if not as_json:
-        _tell(inspection.summary(), as_json, plan_rows(inspection.summary()))
+        planned = inspection.summary()
+        _tell(planned, as_json, plan_rows(planned))
     if not (yes or dry_run):
         _ask(brief.name, connect)
     folder = try_folder(_folder(out, brief))

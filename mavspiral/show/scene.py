@@ -1,21 +1,18 @@
 """A building and flight paths as a parallel projection.
 
-Matplotlib's own 3-D axes sort whole collections, so paths shine through walls. Here walls and roofs are painted
-from back to front, and a piece of path is drawn over them only where nothing stands between it and the eye.
+Matplotlib's own 3-D axes sort whole collections, so paths shine through walls. Here every point of the picture knows
+which wall or roof it meets, and a piece of path is drawn only where nothing stands between it and the eye.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.shape.heightmap import HeightMap, Site
-from mavspiral.shape.polygons import signed_area_m2
+from mavspiral.shape.heightmap import Site
 from mavspiral.survey.sight import gap_m
 
 if TYPE_CHECKING:
@@ -23,7 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Scene", "shaded"]
 
-LEVELS_MAX = 24
 LIGHT_ENU = np.array([-0.44, -0.73, 0.52])
 UP_ENU = np.array([0.0, 0.0, 1.0])
 BUILDING_RGB = np.array([0.84, 0.82, 0.78])
@@ -41,18 +37,6 @@ class Scene:
         self._eye_enu = toward * np.cos(elevation) + UP_ENU * np.sin(elevation)
         self._up_enu = UP_ENU * np.cos(elevation) - toward * np.sin(elevation)
         self._site = site
-
-    def draw_site(self, axes: Axes) -> None:
-        """The site's walls and roofs onto the axes."""
-        from matplotlib.collections import PolyCollection
-
-        faces = sorted(self._faces(), key=lambda face: face[0])
-        colours = [colour for _, _, colour in faces]
-        axes.add_collection(
-            PolyCollection(
-                [outline for _, outline, _ in faces], facecolors=colours, edgecolors=colours, linewidths=0.4
-            )
-        )
 
     def draw_path(self, axes: Axes, position_enu_m: FloatArray, rgba: FloatArray, width: float) -> None:
         """A polyline `(n, 3)` with a colour `(n, 4)` for each piece; what is behind something is faint."""
@@ -118,52 +102,8 @@ class Scene:
             visible[visible] = heights.sample(place) <= place[:, 2]
         return visible
 
-    def _faces(self) -> Iterator[tuple[float, FloatArray, tuple[float, ...]]]:
-        site = self._site
-        for heights_m, rgb in (
-            (site.obstacle_height_m, OBSTACLE_RGB),
-            (site.building_height_m, BUILDING_RGB),
-        ):
-            for outline_m, bottom_m, top_m, is_hole in _blocks(heights_m, site.heights):
-                for start, end in zip(outline_m, np.roll(outline_m, -1, axis=0), strict=True):
-                    low = np.column_stack([[start, end], [bottom_m, bottom_m]])
-                    high = np.column_stack([[end, start], [top_m, top_m]])
-                    side = end - start
-                    normal = np.array([side[1], -side[0], 0.0]) / np.hypot(*side)
-                    yield from self._face(np.vstack([low, high]), normal, rgb)
-                if not is_hole:
-                    roof = np.column_stack([outline_m, np.full(len(outline_m), top_m)])
-                    yield from self._face(roof, UP_ENU, rgb)
-
-    def _face(
-        self, corners_m: FloatArray, normal: FloatArray, rgb: FloatArray
-    ) -> Iterator[tuple[float, FloatArray, tuple[float, ...]]]:
-        if normal @ self._eye_enu > 0:
-            depth = float((corners_m @ self._eye_enu).mean())
-            yield depth, self._picture(corners_m), tuple(shaded(rgb, normal))
-
 
 def shaded(rgb: FloatArray, normal_enu: FloatArray) -> FloatArray:
     """Colours `(…, 3)` of faces with these normals `(…, 3)` in the light."""
     shade = 0.6 + 0.4 * np.maximum(0.0, normal_enu @ LIGHT_ENU)
     return np.asarray(np.clip(rgb * shade[..., None], 0.0, 1.0))
-
-
-def _blocks(heights_m: FloatArray, grid: HeightMap) -> Iterator[tuple[FloatArray, float, float, bool]]:
-    """Outlines of the superlevel sets (holes clockwise), the heights they reach between, whether it is a hole."""
-    levels = np.unique(heights_m[heights_m > 0])
-    if len(levels) > LEVELS_MAX:
-        levels = np.unique(np.quantile(levels, np.linspace(0, 1, LEVELS_MAX)))
-    below = 0.0
-    for level in levels:
-        mask = (heights_m >= level).astype(np.uint8)
-        contours, hierarchy = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-        for contour, (_, _, _, parent) in zip(contours, hierarchy[0], strict=True):
-            simple = cv2.approxPolyDP(contour, 1.0, True)[:, 0, :].astype(np.float64)
-            if len(simple) < 3:
-                continue
-            is_hole = bool(parent >= 0)
-            if (signed_area_m2(simple) > 0) == is_hole:
-                simple = simple[::-1]
-            yield (simple + 0.5) * grid.cell_m + grid.origin_enu_m, below, float(level), is_hole
-        below = float(level)
