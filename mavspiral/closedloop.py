@@ -153,7 +153,7 @@ class _Witness:
             "time_us": np.array([truth.time_us for truth in truths]),
             "position_ned_m": np.array([truth.position_ned_m for truth in truths]),
             "velocity_ned_mps": np.array([truth.velocity_ned_mps for truth in truths]),
-            "yaw_ned_rad": np.array([to_yaw(truth.q_ned_frd.tolist()) for truth in truths]),
+            "yaw_ned_rad": np.array([to_yaw(tuple(truth.q_ned_frd.tolist())) for truth in truths]),
             "believed_ned_m": np.array([belief.position_ned_m for belief in beliefs]),
             "variance_ned_m2": np.array([belief.position_variance_m2 for belief in beliefs]),
         }

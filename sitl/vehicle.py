@@ -117,8 +117,10 @@ class Vehicle:
             origin_offset_ned_m=config.origin_offset_ned_m,
             stock=config.stock_filter,
         )
-        self._body, self._pack, self._sensed = world["body"][0], world["pack"][0], world["sensed"][0]
+        self._motion = world["body"].view("f8")  # as BODY orders it
+        self._pack, self._sensed = world["pack"][0], world["sensed"][0]
         self._nav, self._mind = brain["nav"][0], brain["mind"][0]
+        self._on_ground = brain["mind"]["on_ground"]
         self._frame = 0
         self._demand: Demand | None = None
         self._received = True
@@ -186,15 +188,9 @@ class Vehicle:
     @property
     def truth(self) -> TruthState:
         """What really is: for physics and for judges outside."""
-        b = self._body
-        return TruthState(
-            self.time_us,
-            vector(b["position_ned_m"]),
-            vector(b["velocity_ned_mps"]),
-            vector(b["q_ned_frd"], 4),
-            vector(b["rate_frd_radps"]),
-            vector(b["rotor_speed_radps"], 4),
-        )
+        b = self._motion.copy()
+        b.setflags(write=False)
+        return TruthState(self.time_us, b[0:3], b[3:6], b[6:10], b[10:13], b[13:17])
 
     @property
     def estimate(self) -> Estimate:
@@ -266,7 +262,7 @@ class Vehicle:
     @property
     def on_ground(self) -> bool:
         """The land detector's verdict: from thrust, estimate and gyro, never from truth."""
-        return bool(self._mind["on_ground"])
+        return bool(self._on_ground.item())
 
     @property
     def thrust(self) -> float:

@@ -35,12 +35,6 @@ def learned_drag(drag_per_s: float, lag_m: float, speed_mps: float, dt_s: float)
 def compensated(target: Target, damping: float, drag_per_s: float) -> Target:
     """The setpoint with (1 + D)·a + k·v as its horizontal acceleration; the vertical is the thrust loop's own."""
     gain = 1.0 + min(max(damping, 0.0), DAMPING_MAX)
-    north, east, down = target.acceleration_ned_mps2
-    v_north, v_east, _ = target.velocity_ned_mps
-    return target._replace(
-        acceleration_ned_mps2=(
-            gain * north + drag_per_s * v_north,
-            gain * east + drag_per_s * v_east,
-            down,
-        )
-    )
+    position, velocity, (north, east, down), yaw_ned_rad, yaw_rate_radps = target
+    acceleration = gain * north + drag_per_s * velocity[0], gain * east + drag_per_s * velocity[1], down
+    return Target(position, velocity, acceleration, yaw_ned_rad, yaw_rate_radps)

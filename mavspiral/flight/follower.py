@@ -23,6 +23,9 @@ class Follower:
         damping: what share of its measured acceleration the vehicle takes off again (`feedforward`).
         vehicle_us: the vehicle's time now.
         pace: the path time and its rate to begin with.
+
+    Attributes:
+        due: where the vehicle is meant to be by now: the reference without the lead.
     """
 
     def __init__(
@@ -46,11 +49,7 @@ class Follower:
         self._speed_mps = 0.0
         self._heard_us = vehicle_us
         self.drag_per_s = DRAG_TYPICAL_PER_S
-
-    @property
-    def due(self) -> Target:
-        """Where the vehicle is meant to be by now: the reference without the lead."""
-        return self.reference.at(*self.pace)
+        self.due = reference.at(*self.pace)
 
     @property
     def finished(self) -> bool:
@@ -82,8 +81,5 @@ class Follower:
             self._vehicle_us = vehicle_us
         wanted = 0.0 if hold else wanted_rate(self.error_m, self._limits)
         self.pace = advance(self.pace, dt_s, wanted, self._speed_mps, self._limits)
-        path_t_s, rate, rate_change_per_s = self.pace
-        target = self.reference.at(path_t_s + rate * self._lead_s, rate, rate_change_per_s)
-        tilting = self.reference.at(path_t_s + rate * self._tilt_lead_s, rate, rate_change_per_s)
-        target = target._replace(acceleration_ned_mps2=tilting.acceleration_ned_mps2)
+        self.due, target = self.reference.led(self.pace, self._lead_s, self._tilt_lead_s)
         return compensated(target, self._damping, self.drag_per_s)

@@ -44,6 +44,10 @@ _INVALID = object()
 _HEADER_N = 10
 _CHECKSUM_N = 2
 _SETPOINT = mavlink.MAVLink_set_position_target_local_ned_message
+_crc: Callable[[bytes, int], int] = getattr(mavlink, "mcrf4xx", None) or (
+    lambda data, _: mavlink.x25crc(data).crc
+)
+"""CRC-16/MCRF4XX: in C where pymavlink has it."""
 
 
 class Link:
@@ -126,8 +130,8 @@ class Link:
         body = bytes((len(payload), 0, 0, self._parser.seq, SYSTEM_ID, COMPONENT_ID, _SETPOINT.id, 0, 0)) + (
             payload or b"\0"
         )
-        checksum: int = mavlink.x25crc(body + bytes((_SETPOINT.crc_extra,))).crc
-        return self._sent(bytes((_V2,)) + body + checksum.to_bytes(_CHECKSUM_N, "little"))
+        checksum = _crc(body + bytes((_SETPOINT.crc_extra,)), 0xFFFF).to_bytes(_CHECKSUM_N, "little")
+        return self._sent(b"\xfd" + body + checksum)
 
     @property
     def _addressee(self) -> tuple[int, int]:
@@ -142,16 +146,21 @@ class Link:
         very next. pymavlink's own would swallow as many bytes as the false header promised.
         """
         buffer = self._rest + data
-        at = 0
-        while (start := _START.search(buffer, at)) is not None:
-            self.garbage_n += start.start() - at
-            at = start.start()
+        at, came_to = 0, len(buffer)
+        while at < came_to:
+            if buffer[at] != _V2:
+                start = _START.search(buffer, at)
+                skipped_to = came_to if start is None else start.start()
+                self.garbage_n += skipped_to - at
+                at = skipped_to
+                if start is None:
+                    break
             end = at + _size(buffer, at)
-            if end > len(buffer):
+            if end > came_to:
                 break
             frame = buffer[at:end]
             value = self._parser.value(frame) if end > at else _INVALID
-            if value is _UNCHECKED and end < len(buffer) and not _START.match(buffer, end):
+            if value is _UNCHECKED and end < came_to and not _START.match(buffer, end):
                 value = _INVALID
             if value is _INVALID:
                 self.garbage_n += 1
@@ -159,9 +168,6 @@ class Link:
             else:
                 at = end
                 yield frame, value
-        else:
-            self.garbage_n += len(buffer) - at
-            at = len(buffer)
         self._rest = buffer[at:]
 
     def _is_late(self, seq: int) -> bool:
@@ -198,7 +204,7 @@ class _Parser(mavlink.MAVLink):  # type: ignore[misc]
             convert = _RARE.get(message.get_type())
             return convert(message) if convert else None
         make, described, crc_extra = hot
-        if mavlink.x25crc(frame[1:-_CHECKSUM_N] + crc_extra).crc != frame[-2] | frame[-1] << 8:
+        if _crc(frame[1:-_CHECKSUM_N] + crc_extra, 0xFFFF) != frame[-2] | frame[-1] << 8:
             return _INVALID
         size = described.unpacker.size
         return make(described.unpacker.unpack_from(frame[_HEADER_N:-_CHECKSUM_N].ljust(size, b"\0")))

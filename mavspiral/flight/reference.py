@@ -11,11 +11,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
 
 from mavspiral.arrays import FloatArray, locked
+from mavspiral.flight.governor import Pace
 from mavspiral.flight.messages import Target
 from mavspiral.frames import RigidMap, wrap_rad, yaw_enu_to_ned
 from mavspiral.motion.trajectory import Trajectory
@@ -115,6 +117,17 @@ class Reference:
         )
         return Target((n, e, d), (vn, ve, vd), (an, ae, ad), yaw, yaw_rate)
 
+    def led(self, pace: Pace, lead_s: float, tilt_lead_s: float) -> tuple[Target, Target]:
+        """The setpoint at `pace`, and the one `lead_s` of the vehicle's time later.
+
+        The latter has the acceleration of `tilt_lead_s` later.
+        """
+        v = _led(self._coefficients, self.knot_s, *pace, lead_s, tilt_lead_s)
+        return (
+            Target(v[0:3], v[3:6], v[6:9], v[9], v[10]),
+            Target(v[11:14], v[14:17], v[17:20], v[20], v[21]),
+        )
+
     def extremes(self) -> Extremes:
         """The largest speeds at the knots."""
         north, east, down, _ = self.rates.T
@@ -141,3 +154,20 @@ def _at(c: FloatArray, knot_s: float, t_s: float, rate: float, rate_change_per_s
     yaw = (value[3] + math.pi) % _TAU - math.pi
     p, v, a = value, slope, bend
     return p[0], p[1], p[2], v[0], v[1], v[2], a[0], a[1], a[2], yaw, v[3]
+
+
+@njit(cache=True)
+def _led(
+    c: FloatArray,
+    knot_s: float,
+    t_s: float,
+    rate: float,
+    rate_change_per_s: float,
+    lead_s: float,
+    tilt_lead_s: float,
+) -> tuple[Any, ...]:
+    now = _at(c, knot_s, t_s, rate, rate_change_per_s)
+    later = _at(c, knot_s, t_s + rate * lead_s, rate, rate_change_per_s)
+    tilting = _at(c, knot_s, t_s + rate * tilt_lead_s, rate, rate_change_per_s)
+    both: tuple[Any, ...] = now + later[:6] + tilting[6:9] + later[9:]
+    return both

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from sitl.airframe import Receiver, Senses
-from sitl.estimator.filters import KernelFilter, StockFilter, worst_ratio
+from sitl.estimator.filters import KernelFilter, StockFilter
 from sitl.estimator.model import (
     HAS_BARO,
     HAS_FIX,
@@ -21,7 +21,6 @@ from sitl.estimator.model import (
     RING,
     STATES,
     catch_up,
-    inject,
     mag_expected,
     mag_jacobian,
     process_noise,
@@ -110,26 +109,15 @@ class Ekf:
         if has & HAS_BARO:
             self._fuse_baro(slot)
         if has & HAS_MAG:
-            z, expected = self._mag[slot], mag_expected(self._q, self._field)
-            self._fuse(
-                z, expected, mag_jacobian(self._q, self._field), self._mag_R, self.params["EKF2_MAG_GATE"]
-            )
+            expected, H = mag_expected(self._q, self._field), mag_jacobian(self._q, self._field)
+            self.filter.fuse(self._mag[slot], expected, H, self._mag_R, self.params["EKF2_MAG_GATE"])
         catch_up(self.nav)
-
-    def _fuse(self, z: FloatArray, expected: FloatArray, H: FloatArray, R: FloatArray, gate: float) -> bool:
-        """Fuse one measurement unless a component lies beyond `gate` standard deviations."""
-        if worst_ratio(self.filter.P, z - expected, H, R) > gate * gate:
-            return False
-        self.filter.update(z, lambda _: H, lambda _: expected, R=R)
-        inject(self.nav, self.filter.x, self.filter.P)
-        self.filter.x[:] = 0.0
-        return True
 
     def _fuse_fix(self, frame: int, slot: int) -> None:
         book, fix = self._b, self._fix[slot]
         lat, lon, alt = book["origin"].tolist()
         z = np.array([*ned_of_geodetic((lat, lon, alt), tuple(fix[:3].tolist())), *fix[3:].tolist()])
-        if self._fuse(z, self._pose, _FIX_H, self._fix_R, self.params["EKF2_GPS_P_GATE"]):
+        if self.filter.fuse(z, self._pose, _FIX_H, self._fix_R, self.params["EKF2_GPS_P_GATE"]):
             book["rejected"] = 0
             book["fix_frame"] = frame
         else:
@@ -145,7 +133,7 @@ class Ekf:
         book = self._b
         book["baro_alt_m"] = self._baro[slot]
         height = self._baro[slot] - book["baro_bias_m"] - book["origin"][2]
-        self._fuse(
+        self.filter.fuse(
             np.array([height]),
             np.array([-self._pose[2]]),
             _BARO_H,

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from sitl.estimator.model import PREDICT_S, STATES, predict_covariance, transition
+from sitl.estimator.model import PREDICT_S, STATES, inject, predict_covariance, transition
 from sitl.kernels import FloatArray, kernel
 
 __all__ = ["KernelFilter", "StockFilter", "worst_ratio"]
@@ -85,6 +85,26 @@ def worst_ratio(P: FloatArray, residual: FloatArray, H: FloatArray, R: FloatArra
     return worst
 
 
+@kernel
+def _fuse(
+    navs: np.ndarray,
+    x: FloatArray,
+    P: FloatArray,
+    z: FloatArray,
+    expected: FloatArray,
+    H: FloatArray,
+    R: FloatArray,
+    gate: float,
+) -> bool:
+    residual = z - expected
+    if worst_ratio(P, residual, H, R) > gate * gate:
+        return False
+    _update(x, P, residual, H, R)
+    inject(navs, x, P)
+    x[:] = 0.0
+    return True
+
+
 class KernelFilter(ExtendedKalmanFilter):  # type: ignore[misc]
     """filterpy's filter with `predict` and `update` in kernels that know the transition's zeros.
 
@@ -107,6 +127,10 @@ class KernelFilter(ExtendedKalmanFilter):  # type: ignore[misc]
         self.K, self.S, whitened = _update(self.x, self.P, self.y, HJacobian(self.x), R)
         self._mahalanobis = math.sqrt((whitened * whitened).sum())
 
+    def fuse(self, z: FloatArray, expected: FloatArray, H: FloatArray, R: FloatArray, gate: float) -> bool:
+        """Move the nominal state by an update, in one call; not if a component lies beyond `gate` sigmas."""
+        return bool(_fuse(self._nav, self.x, self.P, z, expected, H, R, gate))
+
 
 class StockFilter(ExtendedKalmanFilter):  # type: ignore[misc]
     """filterpy's filter and arithmetic, given the horizon's transition before each prediction."""
@@ -115,10 +139,19 @@ class StockFilter(ExtendedKalmanFilter):  # type: ignore[misc]
         super().__init__(dim_x=STATES, dim_z=6)
         self.x = np.zeros(STATES)
         self.Q = np.diag(noise)
-        self._nav = nav[0]
+        self._nav = nav
 
     def predict(self, u: float = 0) -> None:
         """P at the end of the horizon's frame."""
-        nav = self._nav
+        nav = self._nav[0]
         self.F = transition(nav["mean_q"], nav["mean_force"], nav["mean_rate"], PREDICT_S)
         super().predict()
+
+    def fuse(self, z: FloatArray, expected: FloatArray, H: FloatArray, R: FloatArray, gate: float) -> bool:
+        """Move the nominal state by an update; not if a component lies beyond `gate` sigmas."""
+        if worst_ratio(self.P, z - expected, H, R) > gate * gate:
+            return False
+        self.update(z, lambda _: H, lambda _: expected, R=R)
+        inject(self._nav, self.x, self.P)
+        self.x[:] = 0.0
+        return True

@@ -45,7 +45,8 @@ def setpoint_of(message: Message, attitude: Callable[[], FloatArray]) -> Setpoin
     if is_force or not any(map(math.isfinite, (*position, *velocity, *acceleration))):
         return None
     yaw_rad, yaw_rate_radps, _ = _masked((message.yaw, message.yaw_rate, 0.0), mask >> 10)
-    return Setpoint(vector(position), vector(velocity), vector(acceleration), yaw_rad, yaw_rate_radps)
+    axes = vector((*position, *velocity, *acceleration), 9)
+    return Setpoint(axes[0:3], axes[3:6], axes[6:9], yaw_rad, yaw_rate_radps)
 
 
 def _masked(values: tuple[float, float, float], mask: int) -> tuple[float, float, float]:

@@ -62,6 +62,7 @@ Schedule = tuple[tuple[int, int, int], ...]
 """(due_us, interval_us, message id) of each stream that is on."""
 
 _LONGEST_US = 2**31
+_NEVER_US = 2**63
 
 
 class Streams:
@@ -72,23 +73,29 @@ class Streams:
             getattr(common, f"MAVLINK_MSG_ID_{name}"): round(1e6 / rate_hz)
             for name, rate_hz in rates_hz.items()
         }
+        self._schedule: Schedule = ()
+        self._next_us = _NEVER_US
         self._set((0, interval_us, message_id) for message_id, interval_us in self._defaults_us.items())
 
     def due(self, now_us: int) -> list[int]:
         """The numbers of the messages to send now. Each call uses them up."""
         if now_us < self._next_us:
             return []
-        ids, schedule = [], []
+        ids: list[int] = []
+        schedule: list[tuple[int, int, int]] = []
+        next_us = _NEVER_US
         for stream in self._schedule:
             due_us, interval_us, message_id = stream
             if due_us <= now_us:
                 ids.append(message_id)
                 # Late by more than an interval: go on from now rather than catch up in a burst.
                 due_us = max(due_us + interval_us, now_us - interval_us + 1)
-                schedule.append((due_us, interval_us, message_id))
-            else:
-                schedule.append(stream)
-        self._set(schedule)
+                stream = (due_us, interval_us, message_id)
+            if due_us < next_us:
+                next_us = due_us
+            schedule.append(stream)
+        self._schedule = tuple(schedule)
+        self._next_us = next_us
         return ids
 
     def interval_us(self, message_id: int) -> int:
@@ -113,5 +120,5 @@ class Streams:
         self._set(schedule)
 
     def _set(self, schedule: Iterable[tuple[int, int, int]]) -> None:
-        self._schedule: Schedule = tuple(schedule)
-        self._next_us = min((due_us for due_us, _, _ in self._schedule), default=2**63)
+        self._schedule = tuple(schedule)
+        self._next_us = min((due_us for due_us, _, _ in self._schedule), default=_NEVER_US)
