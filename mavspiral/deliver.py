@@ -13,6 +13,7 @@ from mavspiral.export.plan_file import plan_document
 from mavspiral.export.tables import photos_csv, trajectory_csv
 from mavspiral.export.waypoints import waypoints_text
 from mavspiral.files import write_bytes, write_json, write_text
+from mavspiral.motion.trajectory import belongs
 from mavspiral.planner import Inspection
 from mavspiral.show.figures import FlownPath, Profile, write_figure
 from mavspiral.show.report import report_html
@@ -59,7 +60,7 @@ def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) ->
             site=inspection.site,
             trajectory=trajectory,
             profiles=_plan_profiles(inspection),
-            inspection_s=trajectory.span_s("inspection"),
+            inspection_s=trajectory.spans_s("inspection"),
             facts=tuple((name, value) for name, value, _ in plan_rows(summary)),
             skin=Skin(inspection.site, inspection.coverage, mission.inspection.roof),
         ),
@@ -130,10 +131,11 @@ def write_live(flight: LiveFlight, folder: Path, summary: dict[str, Any]) -> dic
     return names
 
 
-def _inspection_s(flight: Flight) -> tuple[float, float]:
-    """When the inspection began and ended; nothing at all if it was not reached."""
-    t_s = flight.log.t_us[flight.log.on_leg("inspection")] / 1e6
-    return (float(t_s[0]), float(t_s[-1])) if len(t_s) else (0.0, 0.0)
+def _inspection_s(flight: Flight) -> tuple[tuple[float, float], ...]:
+    """When each inspecting leg that was reached began and ended."""
+    log = flight.log
+    rows = [log.t_us[log.on_leg(leg)] / 1e6 for leg in log.legs if belongs(leg, "inspection")]
+    return tuple((float(t_s[0]), float(t_s[-1])) for t_s in rows if len(t_s))
 
 
 def _plan_profiles(inspection: Inspection) -> tuple[Profile, ...]:

@@ -1,6 +1,6 @@
 """From a mission to a plan: the whole recipe is `plan`.
 
-map ─► outlines ─► spiral ─► time law ─► trajectory ─► certificate ─► shots ─► coverage
+map ─► outlines ─► spirals ─► time laws ─► trajectory ─► certificate ─► shots ─► coverage
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from mavspiral.curve.spiral import Spiral, plan_spiral
 from mavspiral.errors import LimitError
 from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
-from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import Leg, Trajectory, TrajectoryState
+from mavspiral.passes import Pass, Piece, flown_in_order, tour_of
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.readers import SiteMap, read_site
 from mavspiral.survey.certificate import Certificate, ceiling_figure, clearance_figures, motion_figures
@@ -41,7 +41,7 @@ from mavspiral.survey.patches import patches_of
 from mavspiral.survey.shots import Shots, flown_shots, shots_of
 from mavspiral.survey.solids import Solids
 from mavspiral.survey.unseen import unseen_lines
-from mavspiral.transit import MARGIN_M, judge_home, safe_way, transit_legs
+from mavspiral.transit import MARGIN_M, Look, judge_home, safe_way, transit_legs
 
 __all__ = ["TAKEOFF_M", "Inspection", "plan"]
 
@@ -64,8 +64,8 @@ class Inspection:
 
     mission: Mission
     site: Site
-    spiral: Spiral
-    leg: Leg
+    passes: tuple[Pass, ...]
+    tour: tuple[Leg, ...]
     home_enu_m: FloatArray
     trajectory: Trajectory
     clearance: Clearance
@@ -81,17 +81,17 @@ class Inspection:
 
         Raises:
             InputError: that home is in or at a wall.
-            LimitError: no way from there to the spiral and back keeps the clearance.
+            LimitError: no way from there to the first pass and back keeps the clearance.
         """
-        return _route(self.mission, self.site, self.leg, home_enu_m, self.clearance_required_m)
+        return _route(self.mission, self.site, self.tour, home_enu_m, self.clearance_required_m)
 
     def flown_shots(
         self, route: Trajectory, path_t_s: FloatArray, position_enu_m: FloatArray, yaw_enu_rad: FloatArray
     ) -> Shots:
         """The planned shots from where a vehicle was when it came to them.
 
-        `route` is what was flown. Its rows are poses at path times on it, NaN off it. Its way to the spiral begins
-        where the vehicle stood, so that the spiral has other path times than planned.
+        `route` is what was flown. Its rows are poses at path times on it, NaN off it. Its way to the first pass
+        begins where the vehicle stood, so that the passes have other path times than planned.
         """
         later_s = route.span_s("inspection")[0] - self.trajectory.span_s("inspection")[0]
         return flown_shots(self.shots, path_t_s - later_s, position_enu_m, yaw_enu_rad)
@@ -113,7 +113,8 @@ class Inspection:
         way = _way(
             self.mission, self.site, solids, start_enu_m, end_enu_m, min(self.clearance_required_m, spare_m)
         )
-        legs = transit_legs(way, "home", yaw_enu_rad, limits_of(self.mission))
+        look = Look(yaw_enu_rad)
+        legs = transit_legs(way, "home", look, look, limits_of(self.mission))
         if not legs:
             raise LimitError("it is above home already")
         return Trajectory(legs)
@@ -125,14 +126,13 @@ class Inspection:
 
     def summary(self) -> dict[str, Any]:
         """The figures of `plan --json`; what is not worked out yet is None."""
-        figures, spiral = self.certificate, self.spiral.path
-        u = np.linspace(0.0, spiral.u_end_rad, 20_000)
+        figures = self.certificate
         return {
             "name": self.mission.name,
-            "rings": spiral.rings,
-            "parts": 1,
-            "harmonics": [spiral.harmonics],
-            "length_m": round(float(np.sqrt((np.diff(spiral(u), axis=0) ** 2).sum(axis=1)).sum()), 2),
+            "rings": sum(part.rings for part in self.passes),
+            "parts": len(self.passes),
+            "harmonics": [part.harmonics for part in self.passes],
+            "length_m": round(sum(part.length_m for part in self.passes), 2),
             "duration_s": round(self.trajectory.duration_s, 2),
             "speed_max_mps": round(figures["speed"].worst, 4),
             "acceleration_max_mps2": round(figures["acceleration"].worst, 4),
@@ -179,11 +179,13 @@ def plan(mission: Mission) -> Inspection:
     )
     watch.lap("curve")
 
-    gaze = inward_gaze(spiral.path, smoothing_m=pace.speed_mps)
-    leg = Leg("inspection", spiral.path, gaze, fastest_law(spiral.path, gaze, pace))
+    path = spiral.path
+    gaze = inward_gaze(path, smoothing_m=pace.speed_mps)
+    passes = flown_in_order([Piece("building", "spiral", path, gaze, path.rings, path.harmonics)], pace)
     watch.lap("timing")
 
-    trajectory = _route(mission, site, leg, home, required_m)
+    tour = _tour(mission, site, passes, required_m)
+    trajectory = _route(mission, site, tour, home, required_m)
     watch.lap("transits")
 
     with ThreadPoolExecutor(max_workers=1) as beside:  # both are kernels that run without the interpreter
@@ -228,8 +230,8 @@ def plan(mission: Mission) -> Inspection:
     return Inspection(
         mission,
         site,
-        spiral,
-        leg,
+        passes,
+        tour,
         home,
         trajectory,
         clearance,
@@ -242,8 +244,20 @@ def plan(mission: Mission) -> Inspection:
     )
 
 
-def _route(mission: Mission, site: Site, leg: Leg, home_enu_m: FloatArray, required_m: float) -> Trajectory:
-    """Home, the way to the spiral, the spiral, the way back: from 4 m above home and back to there."""
+def _tour(mission: Mission, site: Site, passes: tuple[Pass, ...], required_m: float) -> tuple[Leg, ...]:
+    """The passes and the ways between them."""
+    solids = Solids.of_map(site.heights)
+
+    def way(start_enu_m: FloatArray, end_enu_m: FloatArray) -> FloatArray:
+        return _way(mission, site, solids, start_enu_m, end_enu_m, required_m)
+
+    return tour_of(passes, way, limits_of(mission))
+
+
+def _route(
+    mission: Mission, site: Site, tour: tuple[Leg, ...], home_enu_m: FloatArray, required_m: float
+) -> Trajectory:
+    """Home, the way to the first pass, the tour, the way back: from 4 m above home and back to there."""
     solids, limits = Solids.of_map(site.heights), limits_of(mission)
     judge_home(site.heights, solids, home_enu_m, required_m)
     standing_m = float(site.heights.sample(home_enu_m))
@@ -253,10 +267,11 @@ def _route(mission: Mission, site: Site, leg: Leg, home_enu_m: FloatArray, requi
     def way(start_enu_m: FloatArray, end_enu_m: FloatArray) -> FloatArray:
         return _way(mission, site, solids, start_enu_m, end_enu_m, required_m)
 
-    u_end_rad = leg.path.u_end_rad
-    approach = transit_legs(way(above_home_m, leg.path(0.0)), "approach", float(leg.gaze(0.0)), limits)
-    back = transit_legs(way(leg.path(u_end_rad), above_home_m), "return", float(leg.gaze(u_end_rad)), limits)
-    return Trajectory((*approach, leg, *back))
+    first, last = tour[0], tour[-1]
+    entry, leaving = Look.at(first, 0.0), Look.at(last, last.path.u_end_rad)
+    approach = transit_legs(way(above_home_m, first.path(0.0)), "approach", entry, entry, limits)
+    back = transit_legs(way(last.path(last.path.u_end_rad), above_home_m), "return", leaving, leaving, limits)
+    return Trajectory((*approach, *tour, *back))
 
 
 def _way(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,13 +18,26 @@ from mavspiral.motion.turn import TurnGaze
 from mavspiral.shape.heightmap import HeightMap
 from mavspiral.survey.solids import Solids
 
-__all__ = ["MARGIN_M", "judge_home", "safe_way", "transit_legs"]
+__all__ = ["MARGIN_M", "Look", "judge_home", "safe_way", "transit_legs"]
 
 STEP_M = 2.0
 MARGIN_M = 0.5
 """Ways are this much farther from everything than must be, for what flying leaves of a plan."""
 
 SHORTEST_M = 0.05
+TURNING_M = 1.0
+
+
+class Look(NamedTuple):
+    """Where nose and camera point."""
+
+    yaw_enu_rad: float
+    gimbal_pitch_rad: float = 0.0
+
+    @classmethod
+    def at(cls, leg: Leg, u_rad: float) -> Look:
+        """Where they point on a leg."""
+        return cls(float(leg.gaze(u_rad)), float(leg.gimbal_pitch(u_rad)))
 
 
 def safe_way(
@@ -67,15 +81,30 @@ def safe_way(
     )
 
 
-def transit_legs(way_enu_m: FloatArray, name: str, yaw_enu_rad: float, limits: Limits) -> tuple[Leg, ...]:
-    """One leg from rest to rest for each side of the way, numbered from 1, the nose held still."""
-    sides = [(a, b) for a, b in itertools.pairwise(way_enu_m) if np.sqrt(((b - a) ** 2).sum()) > SHORTEST_M]
+def transit_legs(
+    way_enu_m: FloatArray, name: str, before: Look, after: Look, limits: Limits
+) -> tuple[Leg, ...]:
+    """One leg from rest to rest for each side of the way, numbered from 1; nose and camera turn on the longest.
+
+    A way of no length that has to turn goes up and down again by `TURNING_M`.
+    """
+    if before != after and not _sides(way_enu_m):
+        above_m = way_enu_m[0] + np.array([0.0, 0.0, TURNING_M])
+        way_enu_m = np.array([way_enu_m[0], above_m, way_enu_m[-1]])
+    sides = _sides(way_enu_m)
+    longest = int(np.argmax([np.linalg.norm(b - a) for a, b in sides])) if sides else 0
     legs = []
-    for number, (start, end) in enumerate(sides, start=1):
+    for number, (start, end) in enumerate(sides):
+        here, there = (before if number <= longest else after), (before if number < longest else after)
         path = LinePath(start, end)
-        gaze = TurnGaze(yaw_enu_rad, yaw_enu_rad)
-        legs.append(Leg(f"{name}-{number}", path, gaze, fastest_law(path, gaze, limits)))
+        gaze = TurnGaze(here.yaw_enu_rad, there.yaw_enu_rad)
+        pitch = TurnGaze(here.gimbal_pitch_rad, there.gimbal_pitch_rad)
+        legs.append(Leg(f"{name}-{number + 1}", path, gaze, fastest_law(path, gaze, limits), pitch))
     return tuple(legs)
+
+
+def _sides(way_enu_m: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    return [(a, b) for a, b in itertools.pairwise(way_enu_m) if np.sqrt(((b - a) ** 2).sum()) > SHORTEST_M]
 
 
 def judge_home(heights: HeightMap, solids: Solids, home_enu_m: FloatArray, clearance_m: float) -> None:

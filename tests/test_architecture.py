@@ -16,6 +16,7 @@ deliver
 closedloop live
 flown
 show planner
+passes
 transit
 brief
 export flight

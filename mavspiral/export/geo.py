@@ -5,12 +5,12 @@ from __future__ import annotations
 from xml.sax.saxutils import escape
 
 from mavspiral.frames import LocalFrame
-from mavspiral.motion.trajectory import Trajectory
+from mavspiral.motion.trajectory import Trajectory, belongs
 
 __all__ = ["trajectory_kml"]
 
 GRID_S = 0.5
-COLOURS = {"inspection": "ff0e8ce6"}
+INSPECTION_COLOUR = "ff0e8ce6"
 OTHER_COLOUR = "ffb0b0b0"
 
 
@@ -21,11 +21,12 @@ def trajectory_kml(trajectory: Trajectory, frame: LocalFrame, name: str) -> str:
         begin_s, end_s = trajectory.span_s(leg.name)
         count = max(2, int((end_s - begin_s) / GRID_S) + 1)
         states = trajectory([begin_s + (end_s - begin_s) * i / (count - 1) for i in range(count)])
+        colour = INSPECTION_COLOUR if belongs(leg.name, "inspection") else OTHER_COLOUR
         lat, lon, alt = frame.to_geodetic(states.position_enu_m)
         line = " ".join(f"{o:.7f},{a:.7f},{h:.2f}" for a, o, h in zip(lat, lon, alt, strict=True))
         legs.append(
             f"<Placemark><name>{escape(leg.name)}</name>"
-            f"<Style><LineStyle><color>{COLOURS.get(leg.name, OTHER_COLOUR)}</color><width>2</width></LineStyle>"
+            f"<Style><LineStyle><color>{colour}</color><width>2</width></LineStyle>"
             "</Style>"
             f"<LineString><altitudeMode>absolute</altitudeMode><coordinates>{line}</coordinates></LineString></Placemark>"
         )

@@ -71,7 +71,8 @@ def mission_items(
     home = frame.geo_point(home_enu_m)
     lat, lon, alt = frame.to_geodetic(thinned.position_enu_m)
     begin_s, end_s = trajectory.span_s("inspection")
-    velocity = trajectory(np.linspace(begin_s, end_s, 1000)).velocity_enu_mps
+    t_s = np.linspace(begin_s, end_s, 1000)
+    velocity = trajectory(t_s[trajectory.on("inspection", t_s)]).velocity_enu_mps
     speed_mps = round(float(np.median(np.sqrt((velocity**2).sum(axis=1)))), 2)
 
     nan = math.nan if autopilot == "px4" else 0.0

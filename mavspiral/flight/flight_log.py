@@ -15,6 +15,7 @@ from mavspiral.files import write_with
 from mavspiral.flight.messages import Target
 from mavspiral.flight.vehicle import Vehicle
 from mavspiral.frames import RigidMap, yaw_ned_to_enu
+from mavspiral.motion.trajectory import belongs
 
 __all__ = ["Event", "FlightLog", "Recorder", "TlogWriter"]
 
@@ -61,8 +62,9 @@ class FlightLog:
     truth_yaw_enu_rad: FloatArray | None = None
 
     def on_leg(self, name: str) -> NDArray[np.bool_]:
-        """Which rows were flown on the leg `name`."""
-        return np.asarray(self.leg == self.legs.index(name))
+        """Which rows were flown on a leg that belongs to `name`."""
+        wanted = [index for index, leg in enumerate(self.legs) if belongs(leg, name)]
+        return np.isin(self.leg, wanted)
 
     def with_truth(
         self, position_enu_m: FloatArray, velocity_enu_mps: FloatArray, yaw_enu_rad: FloatArray

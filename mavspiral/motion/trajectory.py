@@ -6,29 +6,30 @@ from dataclasses import dataclass, field, fields
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.curve import Path
 from mavspiral.frames import wrap_rad
 from mavspiral.motion.law import TimeLaw
-from mavspiral.motion.turn import Gaze
+from mavspiral.motion.turn import Gaze, TurnGaze
 
-__all__ = ["Leg", "Trajectory", "TrajectoryState"]
+__all__ = ["LEVEL", "Leg", "Trajectory", "TrajectoryState", "belongs"]
 
 JOIN_TOLERANCE_M = 1e-6
 JOIN_TOLERANCE_RAD = 1e-6
+LEVEL = TurnGaze(0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Leg:
-    """One curve, flown from rest to rest."""
+    """One curve, flown from rest to rest. `gimbal_pitch` is the camera's, up is positive, as the gaze is the nose's."""
 
     name: str
     path: Path
     gaze: Gaze
     law: TimeLaw
-    gimbal_pitch_rad: float = 0.0
+    gimbal_pitch: Gaze = LEVEL
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,15 +83,32 @@ class Trajectory:
         return float(self._begin_s[-1])
 
     def span_s(self, name: str) -> tuple[float, float]:
-        """When the leg `name` begins and ends.
+        """When the first leg that belongs to `name` begins and the last one ends.
 
         Raises:
             KeyError: no leg is called so.
         """
-        for leg, begin_s, end_s in zip(self.legs, self._begin_s, self._begin_s[1:], strict=False):
-            if leg.name == name:
-                return float(begin_s), float(end_s)
-        raise KeyError(f"no leg is called {name!r}; there are {[leg.name for leg in self.legs]}")
+        spans = self.spans_s(name)
+        return spans[0][0], spans[-1][1]
+
+    def spans_s(self, name: str) -> tuple[tuple[float, float], ...]:
+        """When each leg that belongs to `name` begins and ends.
+
+        Raises:
+            KeyError: no leg is called so.
+        """
+        ends_s = zip(self.legs, self._begin_s, self._begin_s[1:], strict=False)
+        spans = tuple((float(begin), float(end)) for leg, begin, end in ends_s if belongs(leg.name, name))
+        if not spans:
+            raise KeyError(f"no leg is called {name!r}; there are {[leg.name for leg in self.legs]}")
+        return spans
+
+    def on(self, name: str, t_s: FloatArray) -> NDArray[np.bool_]:
+        """At which of the times it is on a leg that belongs to `name`, the ends among them."""
+        mask = np.zeros(np.shape(t_s), dtype=np.bool_)
+        for begin_s, end_s in self.spans_s(name):
+            mask |= (t_s >= begin_s) & (t_s <= end_s)
+        return mask
 
     def __call__(self, t_s: ArrayLike) -> TrajectoryState:
         """The motion at `t_s`, of any shape; t is clipped to [0, duration]."""
@@ -104,9 +122,8 @@ class Trajectory:
             rows = np.flatnonzero(which == i)
             together = rows[-1] - rows[0] + 1 == len(rows)  # times in order: a slice is far cheaper
             leg, here = self.legs[i], slice(rows[0], rows[-1] + 1) if together else rows
-            vectors[:, here], yaws[:, here] = _motion(leg, flat[here] - self._begin_s[i])
+            vectors[:, here], yaws[:, here], pitch[here] = _motion(leg, flat[here] - self._begin_s[i])
             yaws[0, here] += self._turns_rad[i]
-            pitch[here] = leg.gimbal_pitch_rad
         position, velocity, acceleration, jerk = vectors.reshape(4, *t.shape, 3)
         yaw, yaw_rate, yaw_acceleration = yaws.reshape(3, *t.shape)
         return TrajectoryState(
@@ -127,8 +144,13 @@ class Trajectory:
         return self(np.append(np.arange(steps + 1) * dt_s, self.duration_s))
 
 
-def _motion(leg: Leg, t_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Position and three derivatives, `(4, n, 3)`; yaw and two derivatives, `(3, n)`: the chain rule."""
+def belongs(leg: str, name: str) -> bool:
+    """Whether a leg is called `name` or is one of several of that name: "inspection-tower-1" is an inspection."""
+    return leg == name or leg.startswith(f"{name}-")
+
+
+def _motion(leg: Leg, t_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Position and three derivatives, `(4, n, 3)`; yaw and two derivatives, `(3, n)`; pitch: the chain rule."""
     u, u1, u2, u3 = leg.law.derivatives(t_s)
     jet = leg.path.jet(u)
     v1, v2, v3 = u1[:, None], u2[:, None], u3[:, None]
@@ -136,7 +158,7 @@ def _motion(leg: Leg, t_s: FloatArray) -> tuple[FloatArray, FloatArray]:
     jet[2] = jet[2] * v1**2 + jet[1] * v2
     jet[1] *= v1
     y, y1, y2 = (leg.gaze(u, order) for order in range(3))
-    return jet, np.stack([y, y1 * u1, y2 * u1**2 + y1 * u2])
+    return jet, np.stack([y, y1 * u1, y2 * u1**2 + y1 * u2]), leg.gimbal_pitch(u)
 
 
 def _join(before: Leg, after: Leg) -> float:

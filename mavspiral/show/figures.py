@@ -57,7 +57,7 @@ def write_figure(
     site: Site,
     trajectory: Trajectory,
     profiles: tuple[Profile, ...],
-    inspection_s: tuple[float, float],
+    inspection_s: tuple[tuple[float, float], ...],
     facts: tuple[tuple[str, str], ...],
     skin: Skin,
     flown: FlownPath | None = None,
@@ -73,8 +73,7 @@ def write_figure(
         figure = Figure(figsize=(12.4, 7.0), dpi=140, facecolor="white")
         FigureCanvasAgg(figure)
         states = trajectory.sampled(GRID_S)
-        begin_s, end_s = trajectory.span_s("inspection")
-        on_spiral = (states.t_s >= begin_s) & (states.t_s <= end_s)
+        on_spiral = trajectory.on("inspection", states.t_s)
         _head(figure, title, flown)
         _in_space(figure.add_axes((0.01, 0.07, 0.40, 0.83)), site, states, on_spiral, skin, flown)
         _gsd_key(figure, skin)
@@ -166,9 +165,12 @@ def _from_above(
     axes.spines[:].set_visible(False)
 
 
-def _profile(axes: Axes, profile: Profile, inspection_s: tuple[float, float], *, last: bool) -> None:
+def _profile(
+    axes: Axes, profile: Profile, inspection_s: tuple[tuple[float, float], ...], *, last: bool
+) -> None:
     axes.plot(profile.t_s, profile.value, color=profile.colour, lw=0.8)
-    axes.axvspan(*inspection_s, color=PLANNED, alpha=0.06, lw=0)
+    for span_s in inspection_s:
+        axes.axvspan(*span_s, color=PLANNED, alpha=0.06, lw=0)
     if profile.allowed is not None:
         axes.axhline(profile.allowed, color=LIMIT, lw=0.8, ls=(0, (4, 3)))
     axes.set_title(profile.title, loc="left", fontsize=9)

@@ -13,8 +13,12 @@ def plan_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
     """Name, value and limit of each figure of a plan's summary."""
     return [
         ("turns that climb", f"{s['rings']}", ""),
-        ("harmonics", f"{s['harmonics'][0]}", ""),
-        ("length of the spiral", f"{s['length_m']:.0f} m", ""),
+        ("harmonics", ", ".join(str(count) for count in s["harmonics"]), ""),
+        (
+            "length of the spiral" if s["parts"] == 1 else f"length of the {s['parts']} passes",
+            f"{s['length_m']:.0f} m",
+            "",
+        ),
         ("duration", f"{s['duration_s']:.0f} s", ""),
         ("speed, at most", f"{s['speed_max_mps']:.2f} m/s", ""),
         ("acceleration, at most", f"{s['acceleration_max_mps2']:.2f} m/s²", ""),

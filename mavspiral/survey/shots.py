@@ -45,15 +45,30 @@ def shots_of(
     *,
     standoff_m: float,
     side_overlap: float,
-    leg: str = "inspection",
 ) -> Shots:
-    """The shots along a leg, its first and its last moment among them.
+    """The shots along the legs of the inspection, the first and the last moment of each among them.
 
     From shot to shot neither the camera nor the place it looks at, `standoff_m` ahead, moves on by more than
     leaves `side_overlap` of the picture: round an inner corner the camera hardly moves, but its picture does.
     Only where the shutter needs longer, `camera.min_interval_s`, are they farther apart.
     """
-    begin_s, end_s = trajectory.span_s(leg)
+    spacing_m = camera.shot_spacing_m(standoff_m, side_overlap)
+    taken_s = [
+        _along(trajectory, span_s, spacing_m, standoff_m, camera.min_interval_s)
+        for span_s in trajectory.spans_s("inspection")
+    ]
+    return _posed(trajectory, np.concatenate(taken_s))
+
+
+def _along(
+    trajectory: Trajectory,
+    span_s: tuple[float, float],
+    spacing_m: float,
+    standoff_m: float,
+    interval_s: float,
+) -> FloatArray:
+    """The times of the shots of one leg."""
+    begin_s, end_s = span_s
     t_s = np.linspace(begin_s, end_s, max(2, math.ceil((end_s - begin_s) / GRID_S) + 1))
     states = trajectory(t_s)
     camera_enu_m = states.position_enu_m[:, :2]
@@ -61,14 +76,11 @@ def shots_of(
     ways_m = [_steps_m(camera_enu_m), _steps_m(camera_enu_m + standoff_m * ahead)]
     progress_m = np.concatenate([[0.0], np.cumsum(np.maximum(*ways_m))])
 
-    spacing_m = camera.shot_spacing_m(standoff_m, side_overlap)
-    gaps = min(
-        math.ceil(progress_m[-1] / spacing_m), math.floor((end_s - begin_s) / camera.min_interval_s + 1e-9)
-    )
+    gaps = min(math.ceil(progress_m[-1] / spacing_m), math.floor((end_s - begin_s) / interval_s + 1e-9))
     index = np.arange(max(gaps, 1) + 1)
     wanted_s = np.interp(index / index[-1] * progress_m[-1], progress_m, t_s)
     wanted_s[0], wanted_s[-1] = begin_s, end_s
-    return _posed(trajectory, _apart(wanted_s, camera.min_interval_s))
+    return _apart(wanted_s, interval_s)
 
 
 def flown_shots(

@@ -10,7 +10,7 @@ from mavspiral.motion.turn import TurnGaze
 
 
 def leg(name, path, gaze, limits, pitch=0.0):
-    return Leg(name, path, gaze, fastest_law(path, gaze, limits), pitch)
+    return Leg(name, path, gaze, fastest_law(path, gaze, limits), TurnGaze(pitch, pitch))
 
 
 @pytest.fixture
@@ -100,3 +100,33 @@ def test_legs_that_do_not_join_are_refused(limits):
         Trajectory((first, askew))
     with pytest.raises(ValueError, match="at least one leg"):
         Trajectory(())
+
+
+def test_legs_of_one_kind_are_told_together_and_apart(make_helix, make_gaze, limits):
+    helix, inward = make_helix(turns=1), make_gaze()
+    end, yaw = helix(helix.u_end_rad), float(inward(helix.u_end_rad))
+    away = LinePath(end, [90, 0, 30])
+    back = LinePath([90, 0, 30], [60, 0, 30])
+    tilting = TurnGaze(-0.2, -0.8)
+    flight = Trajectory(
+        (
+            leg("inspection-tower-1", helix, inward, limits, pitch=-0.2),
+            Leg(
+                "transit-1",
+                away,
+                TurnGaze(yaw, 1.0),
+                fastest_law(away, TurnGaze(yaw, 1.0), limits),
+                tilting,
+            ),
+            leg("inspection-tower-10", back, TurnGaze(1.0, 1.0), limits, pitch=-0.8),
+        )
+    )
+    first, second = flight.spans_s("inspection")
+    assert first == flight.span_s("inspection-tower-1") and second == flight.span_s("inspection-tower-10")
+    assert flight.span_s("inspection") == (first[0], second[1]) == (0.0, flight.duration_s)
+    with pytest.raises(KeyError):
+        flight.spans_s("inspect")
+    t_s = np.array([first[0], first[1], 0.5 * (first[1] + second[0]), second[0], second[1]])
+    np.testing.assert_array_equal(flight.on("inspection", t_s), [True, True, False, True, True])
+    pitch = flight(t_s).gimbal_pitch_rad
+    assert pitch[0] == -0.2 and pitch[-1] == -0.8 and -0.75 < pitch[2] < -0.25

@@ -71,3 +71,22 @@ def test_flown_shots_are_where_the_flight_was_at_their_path_time(camera):
     cut[known & (path_t_s > begin_s + 6.0)] = np.nan
     assert len(flown_shots(shots, cut, position, yaw)) == (shots.t_s <= begin_s + 6.02).sum() < len(shots)
     assert len(flown_shots(shots, np.full(9, np.nan), position[:9], yaw[:9])) == 0
+
+
+def test_no_shots_are_taken_between_two_passes(camera):
+    legs = line().legs
+    first, gap, second = (
+        LinePath((0.0, 0.0, 10.0), (30.0, 0.0, 10.0)),
+        LinePath((30.0, 0.0, 10.0), (30.0, 50.0, 10.0)),
+        LinePath((30.0, 50.0, 10.0), (60.0, 50.0, 10.0)),
+    )
+    still = TurnGaze(1.0, 1.0)
+    named = (("inspection-a", first), ("transit-1-1", gap), ("inspection-b", second))
+    flight = Trajectory(
+        (legs[0], *(Leg(name, path, still, fastest_law(path, still, LIMITS)) for name, path in named))
+    )
+    shots = shots_of(flight, camera, standoff_m=8.0, side_overlap=0.6)
+    assert flight.on("inspection", shots.t_s).all()
+    for span_s in flight.spans_s("inspection"):
+        assert np.isin(span_s, shots.t_s).all()
+    assert ((shots.position_enu_m[:, 1] == 0.0) | (shots.position_enu_m[:, 1] == 50.0)).all()

@@ -1,0 +1,104 @@
+"""The passes of an inspection, each around or along one piece of the building, and the tour from one to the next."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from mavspiral.arrays import FloatArray
+from mavspiral.curve import Path
+from mavspiral.motion.limits import Limits
+from mavspiral.motion.timing import fastest_law
+from mavspiral.motion.trajectory import LEVEL, Leg
+from mavspiral.motion.turn import Gaze
+from mavspiral.transit import Look, transit_legs
+
+__all__ = ["Kind", "Pass", "Piece", "flown_in_order", "tour_of"]
+
+Kind = Literal["spiral", "courtyard", "facade", "roof"]
+LENGTH_SAMPLES = 20_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """One curve past a piece of the building, and where the camera looks along it, without time."""
+
+    name: str
+    kind: Kind
+    path: Path
+    gaze: Gaze
+    rings: int
+    harmonics: int
+    gimbal_pitch: Gaze = LEVEL
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pass:
+    """A piece as it is flown, from rest to rest."""
+
+    name: str
+    kind: Kind
+    rings: int
+    harmonics: int
+    leg: Leg
+
+    @property
+    def path(self) -> Path:
+        """The curve."""
+        return self.leg.path
+
+    @property
+    def entry(self) -> Look:
+        """Where nose and camera point at its entry."""
+        return Look.at(self.leg, 0.0)
+
+    @property
+    def exit(self) -> Look:
+        """Where nose and camera point at its exit."""
+        return Look.at(self.leg, self.path.u_end_rad)
+
+    @property
+    def length_m(self) -> float:
+        """The way from its entry to its exit."""
+        u = np.linspace(0.0, self.path.u_end_rad, LENGTH_SAMPLES)
+        return float(np.sqrt((np.diff(self.path(u), axis=0) ** 2).sum(axis=1)).sum())
+
+
+def flown_in_order(pieces: Sequence[Piece], pace: Limits) -> tuple[Pass, ...]:
+    """The pieces with their time laws. The leg of a lone one is called "inspection", else "inspection-NAME"."""
+    lone = len(pieces) == 1
+    return tuple(
+        Pass(
+            piece.name,
+            piece.kind,
+            piece.rings,
+            piece.harmonics,
+            Leg(
+                "inspection" if lone else f"inspection-{piece.name.replace(' ', '-')}",
+                piece.path,
+                piece.gaze,
+                fastest_law(piece.path, piece.gaze, pace),
+                piece.gimbal_pitch,
+            ),
+        )
+        for piece in pieces
+    )
+
+
+def tour_of(
+    passes: Sequence[Pass], way: Callable[[FloatArray, FloatArray], FloatArray], limits: Limits
+) -> tuple[Leg, ...]:
+    """The legs from the first pass's entry to the last one's exit: passes, and transits "transit-K-…" between them.
+
+    `way` gives the corners of a safe way from one place to another.
+    """
+    legs = [passes[0].leg]
+    for number, (before, after) in enumerate(itertools.pairwise(passes), start=1):
+        corners = way(before.path(before.path.u_end_rad), after.path(0.0))
+        legs += transit_legs(corners, f"transit-{number}", before.exit, after.entry, limits)
+        legs.append(after.leg)
+    return tuple(legs)
