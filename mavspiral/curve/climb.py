@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike
 
 from mavspiral.arrays import FloatArray
@@ -13,14 +14,6 @@ __all__ = ["BLEND_RAD", "Climb"]
 
 BLEND_RAD = 0.5 * np.pi
 """Over which the slope grows from nothing to the climb's."""
-
-_RAMP = (
-    np.polynomial.Polynomial([0.0, 0.0, 0.0, 0.0, 2.5, -3.0, 1.0]),
-    np.polynomial.Polynomial([0.0, 0.0, 0.0, 10.0, -15.0, 6.0]),
-    np.polynomial.Polynomial([0.0, 0.0, 30.0, -60.0, 30.0]),
-    np.polynomial.Polynomial([0.0, 60.0, -180.0, 120.0]),
-)
-"""The integral of the smoothstep 10t³ − 15t⁴ + 6t⁵ on [0, 1], and its derivatives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,18 +36,32 @@ class Climb:
     def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
         """The height in m, or its derivative of `order` up to 3."""
         u = np.asarray(u_rad, dtype=np.float64)
-        level = np.full(u.shape, self.bottom_m if order == 0 else 0.0)
-        if not self.turns:
-            return level
-        slope = (self.top_m - self.bottom_m) / (2.0 * np.pi * self.turns)
-        begin, end = 2.0 * np.pi, 2.0 * np.pi * (self.turns + 1)
-        return level + slope * (_ramp(u - begin, order) - _ramp(u - end, order))
+        jet = np.zeros((4, u.size, 1))
+        self.put(u.ravel(), jet[:, :, 0])
+        height: FloatArray = jet[order].reshape(u.shape)
+        return height
+
+    def put(self, u_rad: FloatArray, jet: FloatArray) -> None:
+        """Write height and three derivatives at `u_rad` (M,) into `jet` (4, M)."""
+        slope = (self.top_m - self.bottom_m) / (2.0 * np.pi * max(1, self.turns))
+        _climb(u_rad, self.bottom_m, slope, 2.0 * np.pi, 2.0 * np.pi * (self.turns + 1), jet)
 
 
-def _ramp(x: FloatArray, order: int) -> FloatArray:
-    """A function whose slope is 0 before 0 and 1 after `BLEND_RAD`, or its derivative of `order`."""
-    t = np.clip(x / BLEND_RAD, 0.0, 1.0)
-    value = _RAMP[order](t) * BLEND_RAD ** (1 - order)
-    if order == 0:
-        value = value + np.maximum(x - BLEND_RAD, 0.0)
-    return np.asarray(value)
+@njit(cache=True, nogil=True)
+def _climb(u: FloatArray, bottom: float, slope: float, begin: float, end: float, jet: FloatArray) -> None:
+    """The climb: `slope` times a ramp that begins at `begin`, less one that begins at `end`.
+
+    A ramp is the integral of a slope that grows from 0 to 1 as the smoothstep 10t³ − 15t⁴ + 6t⁵ over BLEND_RAD.
+    """
+    for i in range(u.size):
+        jet[0, i], jet[1, i], jet[2, i], jet[3, i] = bottom, 0.0, 0.0, 0.0
+        for k in range(2):
+            x = u[i] - (begin if k == 0 else end)
+            if x <= 0.0:
+                continue
+            sign = slope if k == 0 else -slope
+            t = min(x / BLEND_RAD, 1.0)
+            jet[0, i] += sign * (BLEND_RAD * t**4 * (2.5 + t * (t - 3.0)) + max(x - BLEND_RAD, 0.0))
+            jet[1, i] += sign * t**3 * (10.0 + t * (6.0 * t - 15.0))
+            jet[2, i] += sign * 30.0 * t**2 * (1.0 - t) ** 2 / BLEND_RAD
+            jet[3, i] += sign * 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) / BLEND_RAD**2

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike
 
 from mavspiral.arrays import FloatArray, locked
@@ -19,12 +20,6 @@ from mavspiral.curve.spiral import SpiralPath
 __all__ = ["YawSpline", "inward_gaze"]
 
 SAMPLES_PER_TURN = 256
-
-_PIECES = (
-    np.array([[1.0, -3.0, 3.0, -1.0], [4.0, 0.0, -6.0, 3.0], [1.0, 3.0, 3.0, -3.0], [0.0, 0.0, 0.0, 1.0]])
-    / 6.0
-)
-"""Coefficients `(knot, power)` of the uniform cubic B-spline."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,13 +43,31 @@ class YawSpline:
         """The unwrapped yaw `(…)` counter-clockwise from east, or its derivative of `order` up to 2."""
         if order not in (0, 1, 2):
             raise ValueError(f"order is {order}, wanted 0 to 2")
-        x = np.asarray(u_rad, dtype=np.float64) / self.knot_rad
-        span = np.clip(np.floor(x).astype(np.int64), 0, len(self.yaw_enu_rad) - 4)
-        t = np.clip(x - span, 0.0, 1.0)
-        pieces = np.polynomial.polynomial.polyder(_PIECES, order, axis=1) if order else _PIECES
-        weights = np.polynomial.polynomial.polyval(t, pieces.T)
-        yaw = sum(weights[knot] * self.yaw_enu_rad[span + knot] for knot in range(4))
-        return np.asarray(yaw / self.knot_rad**order)
+        yaw: FloatArray = self.jet(u_rad)[order]
+        return yaw
+
+    def jet(self, u_rad: ArrayLike) -> FloatArray:
+        """The yaw and its two derivatives, `(3, …)`."""
+        u = np.asarray(u_rad, dtype=np.float64)
+        jet: FloatArray = _spline(u.ravel(), self.yaw_enu_rad, self.knot_rad)
+        return jet.reshape(3, *u.shape)
+
+
+@njit(cache=True, nogil=True)
+def _spline(u: FloatArray, knots: FloatArray, knot_rad: float) -> FloatArray:
+    """A uniform cubic B-spline and two derivatives at `u` (M,), `(3, M)`."""
+    out = np.empty((3, u.size))
+    for i in range(u.size):
+        x = u[i] / knot_rad
+        k = min(max(int(np.floor(x)), 0), knots.size - 4)
+        t = min(max(x - k, 0.0), 1.0)
+        a, b, c, d = knots[k], knots[k + 1], knots[k + 2], knots[k + 3]
+        bend, twist = 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) / 6.0
+        slope = 0.5 * (c - a)
+        out[0, i] = (a + 4.0 * b + c) / 6.0 + t * (slope + t * (bend + t * twist))
+        out[1, i] = (slope + t * (2.0 * bend + t * 3.0 * twist)) / knot_rad
+        out[2, i] = (2.0 * bend + t * 6.0 * twist) / (knot_rad * knot_rad)
+    return out
 
 
 def inward_gaze(path: SpiralPath, *, smoothing_m: float) -> YawSpline:

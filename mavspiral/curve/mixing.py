@@ -44,7 +44,6 @@ def mixed_series(
     spans = of_key.size - 4
     mixed = np.zeros((4, 4, harmonics))
     weight = np.empty(4)
-    cosine, sine = np.empty(harmonics), np.empty(harmonics)
     out = np.zeros((4, u.size, 3))
     for i in range(u.size):
         span = min(max(int(np.floor(u[i] / key_rad)), 0), spans - 1)
@@ -52,11 +51,6 @@ def mixed_series(
         still = True
         for k in range(1, 5):
             still = still and of_key[span + k] == of_key[span]
-        cos_1, sin_1 = np.cos(u[i]), np.sin(u[i])
-        cosine[0], sine[0] = 1.0, 0.0
-        for m in range(1, harmonics):
-            cosine[m] = cosine[m - 1] * cos_1 - sine[m - 1] * sin_1
-            sine[m] = sine[m - 1] * cos_1 + cosine[m - 1] * sin_1
         c = spectra[of_key[span]]
         if not still:
             mixed[:] = 0.0
@@ -71,27 +65,38 @@ def mixed_series(
                         for m in range(harmonics):
                             mixed[j, row, m] += weight[j] * c[row, m]
             c = mixed[0]
-        for axis in range(2):
-            re, im = 2 * axis, 2 * axis + 1
-            d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0
-            for m in range(harmonics):
-                n = float(m)
-                p = c[re, m] * cosine[m] - c[im, m] * sine[m]
-                nq = n * (c[re, m] * sine[m] + c[im, m] * cosine[m])
-                d0 += p
-                d1 -= nq
-                d2 -= n * n * p
-                d3 += n * n * nq
-            if not still:
-                for m in range(harmonics):
-                    n = float(m)
-                    p1 = mixed[1, re, m] * cosine[m] - mixed[1, im, m] * sine[m]
-                    q1 = mixed[1, re, m] * sine[m] + mixed[1, im, m] * cosine[m]
-                    p2 = mixed[2, re, m] * cosine[m] - mixed[2, im, m] * sine[m]
-                    q2 = mixed[2, re, m] * sine[m] + mixed[2, im, m] * cosine[m]
-                    d1 += p1
-                    d2 += p2 - 2.0 * n * q1
-                    d3 += mixed[3, re, m] * cosine[m] - mixed[3, im, m] * sine[m]
-                    d3 -= 3.0 * n * (q2 + n * p1)
-            out[0, i, axis], out[1, i, axis], out[2, i, axis], out[3, i, axis] = d0, d1, d2, d3
+        # Both axes and all orders in one loop: their sums do not wait for each other.
+        x0 = x1 = x2 = x3 = y0 = y1 = y2 = y3 = 0.0
+        cos_1, sin_1 = np.cos(u[i]), np.sin(u[i])
+        cos, sin = 1.0, 0.0
+        for m in range(harmonics):
+            n = float(m)
+            xp, xq = c[0, m] * cos - c[1, m] * sin, n * (c[0, m] * sin + c[1, m] * cos)
+            yp, yq = c[2, m] * cos - c[3, m] * sin, n * (c[2, m] * sin + c[3, m] * cos)
+            n2 = n * n
+            x0 += xp
+            x1 -= xq
+            x2 -= n2 * xp
+            x3 += n2 * xq
+            y0 += yp
+            y1 -= yq
+            y2 -= n2 * yp
+            y3 += n2 * yq
+            cos, sin = cos * cos_1 - sin * sin_1, sin * cos_1 + cos * sin_1
+        out[0, i, 0], out[1, i, 0], out[2, i, 0], out[3, i, 0] = x0, x1, x2, x3
+        out[0, i, 1], out[1, i, 1], out[2, i, 1], out[3, i, 1] = y0, y1, y2, y3
+        if still:
+            continue
+        cos, sin = 1.0, 0.0
+        for m in range(harmonics):
+            n = float(m)
+            for axis in range(2):
+                re, im = mixed[:, 2 * axis, m], mixed[:, 2 * axis + 1, m]
+                p1, q1 = re[1] * cos - im[1] * sin, re[1] * sin + im[1] * cos
+                p2, q2 = re[2] * cos - im[2] * sin, re[2] * sin + im[2] * cos
+                p3 = re[3] * cos - im[3] * sin
+                out[1, i, axis] += p1
+                out[2, i, axis] += p2 - 2.0 * n * q1
+                out[3, i, axis] += p3 - 3.0 * n * (q2 + n * p1)
+            cos, sin = cos * cos_1 - sin * sin_1, sin * cos_1 + cos * sin_1
     return out

@@ -88,8 +88,7 @@ class SpiralPath:
         spectra = np.stack([c[:, 0].real, c[:, 0].imag, c[:, 1].real, c[:, 1].imag], axis=1)
         flat = u.ravel()
         jet: FloatArray = mixed_series(flat, spectra, self.of_key, self.key_rad, BASIS)
-        for order in range(4):
-            jet[order, :, 2] = self.climb(flat, order)
+        self.climb.put(flat, jet[:, :, 2])
         return jet.reshape(4, *u.shape, 3)
 
 

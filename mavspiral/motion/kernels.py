@@ -13,7 +13,16 @@ from numba import njit
 
 from mavspiral.arrays import FloatArray
 
-__all__ = ["adjusted", "demand", "fastest_rates", "knots", "level_hills", "rate_caps", "time_grid"]
+__all__ = [
+    "adjusted",
+    "demand",
+    "fastest_rates",
+    "knots",
+    "level_hills",
+    "over_time",
+    "rate_caps",
+    "time_grid",
+]
 
 GAIN_SLOWER, GAIN_FASTER = 0.7, 0.3
 
@@ -187,12 +196,16 @@ def demand(
             jerk2_before += (steady + p1 * before) ** 2
             jerk2_after += (steady + p1 * after) ** 2
         rise = row[2] * v
-        first = max(math.sqrt(velocity2) / speed, rise / climb, -rise / descent, abs(row[9] * v) / yaw_rate)
+        ratio = max(math.sqrt(velocity2) / speed, rise / climb, -rise / descent, abs(row[9] * v) / yaw_rate)
         second = max(
             math.sqrt(acceleration2) / acceleration, abs(row[10] * v * v + row[9] * a) / yaw_acceleration
         )
+        if second > ratio**2:
+            ratio = math.sqrt(second)
         third = math.sqrt(max(jerk2_before, jerk2_after)) / jerk
-        ratios[k] = max(first, math.sqrt(second), third ** (1.0 / 3.0))
+        if third > ratio**3:  # most are not, and a cube root takes long
+            ratio = third ** (1.0 / 3.0)
+        ratios[k] = ratio
     return ratios
 
 
@@ -223,3 +236,18 @@ def adjusted(
         ratio = worst[min(int(times[i] / dt), n - 1)]
         after[i] = max(1.0, slowness[i] * ratio ** (GAIN_SLOWER if ratio > 1.0 else GAIN_FASTER))
     return after
+
+
+@njit(cache=True, nogil=True)
+def over_time(way: FloatArray, yaw: FloatArray, u1: FloatArray, u2: FloatArray, u3: FloatArray) -> None:
+    """Turn derivatives by u, of a way `(4, M, 3)` and a yaw `(3, M)`, into derivatives by time: the chain rule."""
+    for i in range(u1.size):
+        v, a, j = u1[i], u2[i], u3[i]
+        for axis in range(3):
+            p1, p2, p3 = way[1, i, axis], way[2, i, axis], way[3, i, axis]
+            way[1, i, axis] = p1 * v
+            way[2, i, axis] = p2 * v * v + p1 * a
+            way[3, i, axis] = p3 * v * v * v + 3.0 * p2 * v * a + p1 * j
+        y1, y2 = yaw[1, i], yaw[2, i]
+        yaw[1, i] = y1 * v
+        yaw[2, i] = y2 * v * v + y1 * a

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike
 
 from mavspiral.arrays import FloatArray, locked
@@ -48,17 +49,11 @@ class TimeLaw:
 
     def derivatives(self, t_s: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """The values u, u̇, ü, u⃛ at `t_s`; t is clipped to [0, duration]."""
-        steps = np.clip(np.asarray(t_s, dtype=np.float64) / self.step_s, 0, len(self.phase_rad) - 1)
-        k = np.minimum(steps.astype(np.intp), len(self.phase_rad) - 2)
-        t = (steps - k) * self.step_s
-        u, v, a = self.phase_rad[k], self.phase_rate_radps[k], self.phase_acceleration_radps2[k]
-        j = (self.phase_acceleration_radps2[k + 1] - a) / self.step_s
-        return (
-            np.clip(u + t * (v + t * (a / 2 + t * j / 6)), self.phase_rad[0], self.phase_rad[-1]),
-            v + t * (a + t * j / 2),
-            a + t * j,
-            j,
-        )
+        t = np.asarray(t_s, dtype=np.float64)
+        u, v, a, j = _law(
+            t.ravel(), self.step_s, self.phase_rad, self.phase_rate_radps, self.phase_acceleration_radps2
+        ).reshape(4, *t.shape)
+        return u, v, a, j
 
     def stretched(self, factor: float) -> TimeLaw:
         """The same phases, `factor` times as slow."""
@@ -68,3 +63,20 @@ class TimeLaw:
             self.phase_rate_radps / factor,
             self.phase_acceleration_radps2 / factor**2,
         )
+
+
+@njit(cache=True, nogil=True)
+def _law(t: FloatArray, step: float, u: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+    """The cubics through the knots, and their derivatives, at `t` (M,): `(4, M)`."""
+    out = np.empty((4, t.size))
+    last = u.size - 1
+    for i in range(t.size):
+        at = min(max(t[i] / step, 0.0), float(last))
+        k = min(int(at), last - 1)
+        s = (at - k) * step
+        j = (a[k + 1] - a[k]) / step
+        out[0, i] = min(max(u[k] + s * (v[k] + s * (a[k] / 2 + s * j / 6)), u[0]), u[last])
+        out[1, i] = v[k] + s * (a[k] + s * j / 2)
+        out[2, i] = a[k] + s * j
+        out[3, i] = j
+    return out

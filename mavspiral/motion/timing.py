@@ -109,7 +109,7 @@ def _tabulated(path: Path, gaze: Gaze) -> tuple[FloatArray, float]:
     length_m = float(np.linalg.norm(path(coarse, 1), axis=1).mean() * path.u_end_rad)
     rows = int(np.clip(math.ceil(length_m / GRID_M), *GRID_ROWS))
     u = np.linspace(0.0, path.u_end_rad, rows)
-    table = np.column_stack([*path.jet(u)[1:], gaze(u, 1), gaze(u, 2)])
+    table = np.column_stack([*path.jet(u)[1:], *gaze.jet(u)[1:]])
     still = np.flatnonzero(~table[:, :3].any(axis=1))
     if still.size:
         raise ValueError(f"the curve stands still at u = {u[still[0]]:.6g}: no law can pass there")

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mavspiral.arrays import FloatArray
 from mavspiral.curve import Path
 from mavspiral.frames import wrap_rad
+from mavspiral.motion import kernels
 from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.turn import Gaze, TurnGaze
 
@@ -152,13 +153,9 @@ def belongs(leg: str, name: str) -> bool:
 def _motion(leg: Leg, t_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Position and three derivatives, `(4, n, 3)`; yaw and two derivatives, `(3, n)`; pitch: the chain rule."""
     u, u1, u2, u3 = leg.law.derivatives(t_s)
-    jet = leg.path.jet(u)
-    v1, v2, v3 = u1[:, None], u2[:, None], u3[:, None]
-    jet[3] = jet[3] * v1**3 + jet[2] * (3 * v1 * v2) + jet[1] * v3
-    jet[2] = jet[2] * v1**2 + jet[1] * v2
-    jet[1] *= v1
-    y, y1, y2 = (leg.gaze(u, order) for order in range(3))
-    return jet, np.stack([y, y1 * u1, y2 * u1**2 + y1 * u2]), leg.gimbal_pitch(u)
+    way, yaw = leg.path.jet(u), leg.gaze.jet(u)
+    kernels.over_time(way, yaw, u1, u2, u3)
+    return way, yaw, leg.gimbal_pitch(u)
 
 
 def _join(before: Leg, after: Leg) -> float:

@@ -25,6 +25,10 @@ class Gaze(Protocol):
         """The yaw `yaw_enu_rad`, or its derivative of `order` up to 2, in rad/radᵒʳᵈᵉʳ."""
         ...
 
+    def jet(self, u_rad: ArrayLike) -> FloatArray:
+        """The yaw and its two derivatives, `(3, …)`."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class TurnGaze:
@@ -36,7 +40,19 @@ class TurnGaze:
 
     def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
         """The `order`-th derivative of yaw at `u_rad`, order 0 to 2; C² with rest at both ends."""
+        if order not in (0, 1, 2):
+            raise ValueError(f"order is {order}, wanted 0 to 2")
+        yaw: FloatArray = self.jet(u_rad)[order]
+        return yaw
+
+    def jet(self, u_rad: ArrayLike) -> FloatArray:
+        """The yaw and its two derivatives, `(3, …)`."""
+        u = np.asarray(u_rad, dtype=np.float64)
+        jet = np.zeros((3, *u.shape))
         turn_rad = float(wrap_rad(self.yaw_end_enu_rad - self.yaw_start_enu_rad))
-        x = np.clip(np.asarray(u_rad, dtype=np.float64) / self.u_end_rad, 0.0, 1.0)
-        yaw = np.asarray(turn_rad / self.u_end_rad**order * _DERIVATIVES[order](x))
-        return yaw + self.yaw_start_enu_rad if order == 0 else yaw
+        if turn_rad:
+            x = np.clip(u / self.u_end_rad, 0.0, 1.0)
+            for order, step in enumerate(_DERIVATIVES):
+                jet[order] = turn_rad / self.u_end_rad**order * step(x)
+        jet[0] += self.yaw_start_enu_rad
+        return jet

@@ -40,6 +40,9 @@ class Inward:
         u = np.asarray(u_rad, dtype=float)
         return (u + math.pi, np.ones_like(u), np.zeros_like(u))[order]
 
+    def jet(self, u_rad):
+        return np.stack([self(u_rad, order) for order in range(3)])
+
 
 class Steady:
     """One yaw."""
@@ -49,6 +52,9 @@ class Steady:
 
     def __call__(self, u_rad, order=0):
         return np.full_like(np.asarray(u_rad, dtype=float), self.yaw_enu_rad if order == 0 else 0.0)
+
+    def jet(self, u_rad):
+        return np.stack([self(u_rad, order) for order in range(3)])
 
 
 def minimum_jerk_law(u_end_rad, duration_s, knots=400):

@@ -56,6 +56,9 @@ class SwayingGaze:
         steady = u + np.pi if order == 0 else np.full_like(u, 1.0 if order == 1 else 0.0)
         return steady + self.sway_rad * self.times**order * np.sin(self.times * u + order * np.pi / 2)
 
+    def jet(self, u_rad):
+        return np.stack([self(u_rad, order) for order in range(3)])
+
 
 @pytest.fixture(scope="session")
 def make_helix():
