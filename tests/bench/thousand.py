@@ -1,0 +1,78 @@
+"""No flake: closed-loop flights of the kiosk, a seed each, every one flown twice and compared bit by bit.
+
+PYTHONPATH=. python tests/bench/thousand.py [--flights 1000] [--processes 2]
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import statistics
+import time
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[2]
+MISSION = ROOT / "missions" / "kiosk.toml"
+
+
+class Result(NamedTuple):
+    """One flight: what it showed, and a digest of every byte on the link and every column of its log."""
+
+    seed: int
+    failures: tuple[str, ...]
+    p95_m: float
+    clearance_m: float
+    digest: str
+
+
+@cache
+def inspection():
+    from mavspiral import load_mission, plan
+
+    return plan(load_mission(MISSION))
+
+
+def flown(seed: int) -> Result:
+    from mavspiral import simulate
+
+    flight = simulate(inspection(), seed=seed)
+    digest = hashlib.sha256(flight.tlog)
+    digest.update(flight.log.truth_position_enu_m.tobytes())
+    return Result(
+        seed, tuple(flight.failures), flight.tracking_p95_m, flight.clearance_min_m, digest.hexdigest()
+    )
+
+
+def twice(seed: int) -> tuple[Result, Result]:
+    return flown(seed), flown(seed)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--flights", type=int, default=1000)
+    parser.add_argument("--processes", type=int, default=2)
+    options = parser.parse_args()
+    begin_s = time.perf_counter()
+    with ProcessPoolExecutor(options.processes) as pool:
+        pairs = list(pool.map(twice, range(options.flights), chunksize=5))
+    wall_s = time.perf_counter() - begin_s
+    first = [pair[0] for pair in pairs]
+    failed = [result for result in first if result.failures]
+    differing = [a.seed for a, b in pairs if a != b]
+    print(f"kiosk, {len(first)} seeds, each flown twice, in {wall_s:.0f} s")
+    print(f"passed                          {len(first) - len(failed)} of {len(first)}")
+    print(f"differ when repeated            {len(differing)} {differing[:10] or ''}")
+    print(f"different flights               {len({result.digest for result in first})}")
+    print(f"tracking p95: median, worst     {statistics.median(r.p95_m for r in first):.3f} m, "
+          f"{max(r.p95_m for r in first):.3f} m")  # fmt: skip
+    print(f"clearance: median, least        {statistics.median(r.clearance_m for r in first):.2f} m, "
+          f"{min(r.clearance_m for r in first):.2f} m")  # fmt: skip
+    for result in failed[:10]:
+        print(f"seed {result.seed}: {'; '.join(result.failures)}")
+
+
+if __name__ == "__main__":
+    main()
