@@ -77,6 +77,8 @@ class Inspection(_Table):
     side_overlap: Annotated[float, Field(ge=0, lt=0.95)] = 0.6
     roof: bool = False
     courtyards: bool = False
+    mode: Literal["spiral", "paper"] = "spiral"
+    terms: Annotated[int, Field(ge=1, le=49)] | None = None
     bottom_m: NotNegative | None = None
     top_m: Positive | None = None
 
@@ -164,6 +166,11 @@ class Mission(_Table):
             raise ValueError(
                 f"[inspection] standoff_m = {standoff_m:g} is smaller than [limits] clearance_m = {clearance_m:g}. "
                 f"Fix: standoff_m ≥ {clearance_m:g}, or a smaller clearance"
+            )
+        if self.inspection.terms is not None and self.inspection.mode != "paper":
+            raise ValueError(
+                f'[inspection] terms = {self.inspection.terms} is for mode = "paper" alone; the spiral takes as many '
+                "as its corners need. Fix: leave it out"
             )
         bottom_m, top_m = self.inspection.bottom_m, self.inspection.top_m
         if bottom_m is not None and top_m is not None and bottom_m > top_m:

@@ -26,6 +26,7 @@ from mavspiral.brief import (
     with_keepouts,
 )
 from mavspiral.curve.gaze import inward_gaze
+from mavspiral.curve.paper import PaperSpiral, plan_paper
 from mavspiral.curve.spiral import Spiral, plan_spiral
 from mavspiral.errors import LimitError
 from mavspiral.mission import Mission
@@ -47,6 +48,9 @@ __all__ = ["TAKEOFF_M", "Inspection", "plan"]
 
 TAKEOFF_M = 4.0
 """The autopilot takes off to this height above home; there the trajectory begins and ends."""
+
+PAPER_TERMS = 12
+"""Harmonics of a ring in the paper's mode, unless [inspection] terms says otherwise."""
 
 GRID_S = 0.01
 """Limits are judged on this grid."""
@@ -167,16 +171,29 @@ def plan(mission: Mission) -> Inspection:
     bottom_m, top_m = band_m(mission, site, camera)
     pace = pace_of(mission, camera, limits)
     corner_radius_m = pace.speed_mps**2 / pace.acceleration_mps2
-    spiral = plan_spiral(
-        site,
-        standoff_m=mission.inspection.standoff_m,
-        rise_m=camera.rise_m(mission.inspection.standoff_m, mission.inspection.overlap),
-        bottom_m=bottom_m,
-        top_m=top_m,
-        clearance_m=mission.limits.clearance_m,
-        corner_radius_m=corner_radius_m,
-        start_enu_m=home[:2],
-    )
+    asked = mission.inspection
+    rise_m = camera.rise_m(asked.standoff_m, asked.overlap)
+    spiral: Spiral | PaperSpiral
+    if asked.mode == "paper":
+        spiral = plan_paper(
+            site,
+            standoff_m=asked.standoff_m,
+            rise_m=rise_m,
+            bottom_m=bottom_m,
+            top_m=top_m,
+            terms=asked.terms or PAPER_TERMS,
+        )
+    else:
+        spiral = plan_spiral(
+            site,
+            standoff_m=asked.standoff_m,
+            rise_m=rise_m,
+            bottom_m=bottom_m,
+            top_m=top_m,
+            clearance_m=mission.limits.clearance_m,
+            corner_radius_m=corner_radius_m,
+            start_enu_m=home[:2],
+        )
     watch.lap("curve")
 
     path = spiral.path
@@ -305,7 +322,9 @@ def _certificate(
     )
 
 
-def _warnings(mission: Mission, site_map: SiteMap, spiral: Spiral) -> tuple[str, ...]:
+def _warnings(mission: Mission, site_map: SiteMap, spiral: Spiral | PaperSpiral) -> tuple[str, ...]:
+    if isinstance(spiral, PaperSpiral):
+        return (*mission.notices, *site_map.warnings, *spiral.notices)
     left_out = [
         f"left out: a part of the building {part.top_m:.1f} m high, east {part.bounds_enu_m[0]:.0f} to "
         f"{part.bounds_enu_m[2]:.0f} m and north {part.bounds_enu_m[1]:.0f} to {part.bounds_enu_m[3]:.0f} m of the origin, "

@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import ArrayLike
 
 from mavspiral.arrays import FloatArray, locked
-from mavspiral.curve.spiral import SpiralPath
+from mavspiral.curve import Path
 
 __all__ = ["YawSpline", "inward_gaze"]
 
@@ -70,7 +70,7 @@ def _spline(u: FloatArray, knots: FloatArray, knot_rad: float) -> FloatArray:
     return out
 
 
-def inward_gaze(path: SpiralPath, *, smoothing_m: float) -> YawSpline:
+def inward_gaze(path: Path, *, smoothing_m: float) -> YawSpline:
     """The gaze along the inward normal of a spiral, averaged over about `smoothing_m` of the way.
 
     The average is a triangle of half width `smoothing_m`. Around a corner of angle α the yaw rate then stays
