@@ -9,7 +9,8 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError, LimitError
-from mavspiral.mission import Mission
+from mavspiral.frames import LocalFrame
+from mavspiral.mission import Keepout, Mission
 from mavspiral.motion.limits import Limits
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.keepout import circle_ring_m, with_obstacle
@@ -25,6 +26,7 @@ __all__ = [
     "camera_of",
     "demand_of",
     "home_enu_m",
+    "keepout_ring_m",
     "limits_of",
     "map_request",
     "pace_of",
@@ -59,15 +61,8 @@ def map_request(mission: Mission) -> MapRequest:
 
 def with_keepouts(mission: Mission, site: Site) -> Site:
     """The site with the mission's keep-out volumes standing in it."""
-    frame = site.heights.frame
     for keepout in mission.keepout:
-        if keepout.circle is not None:
-            lat, lon, radius_m = keepout.circle
-            x, y, _ = frame.to_enu(lat, lon, frame.origin.alt_amsl_m)
-            ring = circle_ring_m(float(x), float(y), radius_m)
-        else:
-            corners = np.array(keepout.polygon)
-            ring = frame.to_enu(corners[:, 0], corners[:, 1], frame.origin.alt_amsl_m)[:, :2]
+        ring = keepout_ring_m(keepout, site.heights.frame)
         away_m = float(np.sqrt((ring**2).sum(axis=1)).max())
         if away_m > REACH_M:
             raise InputError(
@@ -78,6 +73,17 @@ def with_keepouts(mission: Mission, site: Site) -> Site:
     if mission.keepout and not site.building.any():
         raise InputError("[keepout] the keep-outs cover the whole building. Fix: make them smaller or lower")
     return site
+
+
+def keepout_ring_m(keepout: Keepout, frame: LocalFrame) -> FloatArray:
+    """The outline of a keep-out in plan, `(n, 2)`."""
+    alt_amsl_m = frame.origin.alt_amsl_m
+    if keepout.circle is not None:
+        lat, lon, radius_m = keepout.circle
+        x, y, _ = frame.to_enu(lat, lon, alt_amsl_m)
+        return circle_ring_m(float(x), float(y), radius_m)
+    corners = np.array(keepout.polygon)
+    return np.asarray(frame.to_enu(corners[:, 0], corners[:, 1], alt_amsl_m)[:, :2])
 
 
 def camera_of(mission: Mission) -> Camera:

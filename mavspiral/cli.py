@@ -10,12 +10,13 @@ import contextlib
 import json
 import os
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mavspiral.errors import InputError, MavspiralError
+from mavspiral.errors import InputError, LimitError, MavspiralError
 
 if TYPE_CHECKING:
     from mavspiral.flight.flight_log import Event
@@ -60,7 +61,8 @@ def plan(mission: MissionFile, out: Out = None, as_json: Json = False) -> None:
     from mavspiral.show.rows import plan_rows
 
     brief = _load(mission)
-    inspection = make_plan(brief)
+    with _failures_as_json(brief, as_json):
+        inspection = make_plan(brief)
     summary = inspection.summary()
     summary["files"] = write_plan(inspection, _folder(out, brief), summary)
     _tell(summary, as_json, plan_rows(summary))
@@ -90,7 +92,8 @@ def simulate(
 
     brief = _load(mission)
     folder = try_folder(_folder(out, brief))
-    flight = fly_simulated(brief, seed=seed, wind_mps=wind, gusts=gust, faults=tuple(fault or ()))
+    with _failures_as_json(brief, as_json):
+        flight = fly_simulated(brief, seed=seed, wind_mps=wind, gusts=gust, faults=tuple(fault or ()))
     summary = flight.summary()
     summary["files"] = write_flight(flight, folder, summary)
     _tell(summary, as_json, flight_rows(summary, brief))
@@ -119,7 +122,8 @@ def fly(
     from mavspiral.show.rows import live_rows, plan_rows
 
     brief = _load(mission)
-    inspection = make_plan(brief)
+    with _failures_as_json(brief, as_json):
+        inspection = make_plan(brief)
     if not as_json:
         planned = inspection.summary()
         _tell(planned, as_json, plan_rows(planned))
@@ -156,6 +160,20 @@ def _load(path: Path) -> Mission:
     from mavspiral.mission import load_mission
 
     return load_mission(path)
+
+
+@contextlib.contextmanager
+def _failures_as_json(mission: Mission, as_json: bool) -> Iterator[None]:
+    """What was worked out and does not hold is an answer too: with --json an object with its failures, exit 1."""
+    try:
+        yield
+    except LimitError as error:
+        if not as_json:
+            raise
+        print(
+            json.dumps({"name": mission.name, "passed": False, "failures": [str(error)]}, ensure_ascii=False)
+        )
+        raise typer.Exit(error.exit_code) from None
 
 
 def _folder(out: Path | None, mission: Mission) -> Path:

@@ -111,6 +111,7 @@ class Keepout(_Table):
     circle: tuple[Lat, Lon, Positive] | None = None
     polygon: Annotated[tuple[tuple[Lat, Lon], ...], Field(min_length=3)] | None = None
     height_m: tuple[NotNegative, Positive]
+    name: Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f\"]{1,64}$")] | None = None
 
     @model_validator(mode="after")
     def _one_shape(self) -> Keepout:

@@ -9,6 +9,7 @@ import math
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,11 +33,18 @@ from mavspiral.errors import LimitError
 from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.trajectory import Leg, Trajectory, TrajectoryState
+from mavspiral.obstacle import nearest_obstacle
 from mavspiral.passes import Pass, Piece, flown_in_order, tour_of
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.readers import SiteMap, read_site
-from mavspiral.survey.certificate import Certificate, ceiling_figure, clearance_figures, motion_figures
-from mavspiral.survey.clearance import Clearance, measure_clearance
+from mavspiral.survey.certificate import (
+    STRAIGHT_ON,
+    Certificate,
+    ceiling_figure,
+    clearance_figures,
+    motion_figures,
+)
+from mavspiral.survey.clearance import Clearance, measure_clearance, run_on_m
 from mavspiral.survey.coverage import Coverage, measure_coverage
 from mavspiral.survey.patches import patches_of
 from mavspiral.survey.shots import Shots, flown_shots, shots_of
@@ -144,6 +152,7 @@ class Inspection:
             "yaw_rate_max_dps": round(math.degrees(figures["yaw rate"].worst), 4),
             "clearance_min_m": round(figures["clearance"].worst, 3),
             "clearance_required_m": round(self.clearance_required_m, 3),
+            "clearance_budget": budget_of(self.mission).summary(),
             "photos": len(self.shots),
             "sorties": None,
             "coverage": self.coverage.summary(),
@@ -224,7 +233,7 @@ def plan(mission: Mission) -> Inspection:
         )
     if not certificate.ok:
         raise LimitError(
-            f"{mission.name}: the plan fails its limits: {'; '.join(certificate.failures)}. "
+            f"{mission.name}: the plan fails its limits: {'; '.join(_failures(mission, site, trajectory, certificate))}. "
             "Fix: another standoff_m, or another band (bottom_m, top_m) away from it"
         )
 
@@ -307,6 +316,7 @@ def _way(
         clearance_m=clearance_m,
         ceiling_m=mission.limits.ceiling_m,
         top_m=site.heights.top_m,
+        named=partial(nearest_obstacle, mission, site),
     )
 
 
@@ -320,6 +330,29 @@ def _certificate(
             ceiling_figure(states, mission.limits.ceiling_m),
         )
     )
+
+
+def _failures(
+    mission: Mission, site: Site, trajectory: Trajectory, certificate: Certificate
+) -> tuple[str, ...]:
+    """Each limit that does not hold: value, limit, moment, place on earth, and what is too near."""
+    told = []
+    for figure in certificate.figures:
+        if figure.ok:
+            continue
+        place = site.heights.frame.geo_point(np.array(figure.at_enu_m))
+        line = f"{figure} (lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f})"
+        if figure.at_least:
+            states = trajectory.sampled(CLEARANCE_GRID_S)
+            row = int(np.argmin(np.abs(states.t_s - figure.at_t_s)))
+            if figure.name == STRAIGHT_ON:
+                sweep_m = run_on_m(states.velocity_enu_mps[row], REACTION_S, mission.limits.acceleration_mps2)
+            else:
+                after = states.position_enu_m[min(row + 1, len(states.t_s) - 1)]
+                sweep_m = after - states.position_enu_m[row]
+            line += f", from {nearest_obstacle(mission, site, states.position_enu_m[row], sweep_m)}"
+        told.append(line)
+    return tuple(told)
 
 
 def _warnings(mission: Mission, site_map: SiteMap, spiral: Spiral | PaperSpiral) -> tuple[str, ...]:

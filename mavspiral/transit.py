@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -49,10 +50,12 @@ def safe_way(
     clearance_m: float,
     ceiling_m: float,
     top_m: float,
+    named: Callable[[FloatArray, FloatArray], str],
 ) -> FloatArray:
     """The corners `(k, 3)` of the lowest way that keeps the clearance everywhere.
 
     First the straight line; then up, across and down again, higher and higher until nothing stands higher.
+    `named` tells in words what is nearest to a straight way, from its beginning over its sweep.
 
     Raises:
         LimitError: no such way below the ceiling; the best one's nearest approach is named.
@@ -64,19 +67,20 @@ def safe_way(
     for height_m in heights_m:
         above = [[start_enu_m[0], start_enu_m[1], height_m], [end_enu_m[0], end_enu_m[1], height_m]]
         ways.append(np.array([start_enu_m, *above, end_enu_m]))
-    best_m, best_at = -1.0, start_enu_m
+    best_m, best_at, best_sweep = -1.0, start_enu_m, end_enu_m - start_enu_m
     for way in ways:
-        distance_m = solids.distance_m(way[:-1], np.diff(way, axis=0))
+        sweeps = np.diff(way, axis=0)
+        distance_m = solids.distance_m(way[:-1], sweeps)
         nearest = int(np.argmin(distance_m))
         if distance_m[nearest] >= clearance_m + MARGIN_M:
             return way
         if distance_m[nearest] > best_m:
-            best_m, best_at = float(distance_m[nearest]), way[nearest]
+            best_m, best_at, best_sweep = float(distance_m[nearest]), way[nearest], sweeps[nearest]
     place = frame.geo_point(best_at)
     raise LimitError(
         f"no way between home and the spiral keeps {clearance_m + MARGIN_M:.1f} m of clearance ({MARGIN_M:g} m of it for "
         f"what flying leaves of a plan) below the ceiling of {ceiling_m:.0f} m: "
-        f"the best comes within {best_m:.1f} m after lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, "
+        f"the best comes within {best_m:.1f} m of {named(best_at, best_sweep)}, after lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, "
         f"{best_at[2]:.0f} m above ground. Fix: another [vehicle] home, a larger standoff_m, or a higher [limits] ceiling_m"
     )
 

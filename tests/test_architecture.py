@@ -17,7 +17,7 @@ closedloop live
 flown
 show planner
 passes
-transit
+transit obstacle
 brief
 export flight
 survey

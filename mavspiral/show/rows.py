@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from mavspiral.brief import budget_of
 from mavspiral.mission import Mission
+from mavspiral.survey.clearance import ClearanceBudget
 
 __all__ = ["flight_rows", "live_rows", "plan_rows"]
 
@@ -25,6 +27,7 @@ def plan_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("jerk, at most", f"{s['jerk_max_mps3']:.2f} m/s³", ""),
         ("yaw rate, at most", f"{s['yaw_rate_max_dps']:.1f} °/s", ""),
         ("clearance, at least", f"{s['clearance_min_m']:.2f} m", f"≥ {s['clearance_required_m']:.2f} m"),
+        _budget(ClearanceBudget(**{k: v for k, v in s["clearance_budget"].items() if k != "total_m"})),
         ("photos", f"{s['photos']}", ""),
         ("walls seen", _share(s["coverage"]["walls"]), ""),
         *_roof(s),
@@ -49,6 +52,7 @@ def flight_rows(s: dict[str, Any], mission: Mission) -> list[tuple[str, str, str
         ("tracking, worst", _metres(s["tracking"]["max_m"]), asked(accept.tracking_max_m, "≤", "m")),
         ("estimator, RMS", _metres(s["estimator"]["rms_m"]), ""),
         ("clearance, least", _metres(s["clearance_min_m"]), asked(accept.clearance_min_m, "≥", "m")),
+        _budget(budget_of(mission)),
         (
             "walls seen",
             _share(s["coverage"]["walls"]),
@@ -71,6 +75,10 @@ def live_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("setpoints", f"{s['setpoints']['sent']} at {s['setpoints']['rate_hz']:.1f} Hz", ""),
         ("worst gap", f"{s['setpoints']['worst_gap_s']:.3f} s", ""),
     ]
+
+
+def _budget(budget: ClearanceBudget) -> tuple[str, str, str]:
+    return ("clearance budget", f"{budget.total_m:.2f} m", f"= {budget}")
 
 
 def _roof(s: dict[str, Any]) -> list[tuple[str, str, str]]:

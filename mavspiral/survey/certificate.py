@@ -11,9 +11,17 @@ from mavspiral.motion.limits import Limits
 from mavspiral.motion.trajectory import TrajectoryState
 from mavspiral.survey.clearance import Clearance
 
-__all__ = ["Certificate", "LimitFigure", "ceiling_figure", "clearance_figures", "motion_figures"]
+__all__ = [
+    "STRAIGHT_ON",
+    "Certificate",
+    "LimitFigure",
+    "ceiling_figure",
+    "clearance_figures",
+    "motion_figures",
+]
 
 ROUNDING = 1e-9
+STRAIGHT_ON = "straight-on clearance"
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +118,7 @@ def clearance_figures(
     """The distance to anything solid against `required_m`, and straight on against touching it."""
     measured = (
         ("clearance", clearance.distance_m, required_m),
-        ("straight-on clearance", clearance.straight_on_m, vehicle_radius_m),
+        (STRAIGHT_ON, clearance.straight_on_m, vehicle_radius_m),
     )
     return tuple(
         _figure(name, "m", values, allowed, clearance.t_s, clearance.position_enu_m, at_least=True)

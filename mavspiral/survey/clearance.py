@@ -13,7 +13,7 @@ from mavspiral.motion.trajectory import TrajectoryState
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey.solids import Solids
 
-__all__ = ["Clearance", "ClearanceBudget", "measure_clearance"]
+__all__ = ["Clearance", "ClearanceBudget", "measure_clearance", "run_on_m"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +41,18 @@ class ClearanceBudget:
         """Radius + 3·√(σ_map² + σ_navigation² + σ_tracking²)."""
         sigma_m = math.hypot(self.map_sigma_m, self.navigation_sigma_m, self.tracking_sigma_m)
         return self.vehicle_radius_m + 3 * sigma_m
+
+    def __str__(self) -> str:
+        """The sum with each term in its place."""
+        return (
+            f"vehicle {self.vehicle_radius_m:.2f} m + 3·√(map {self.map_sigma_m:.2f}² + "
+            f"navigation {self.navigation_sigma_m:.2f}² + tracking {self.tracking_sigma_m:.2f}²)"
+        )
+
+    def summary(self) -> dict[str, float]:
+        """The terms and their sum as `--json` has them."""
+        terms = {term.name: round(getattr(self, term.name), 3) for term in fields(self)}
+        return {**terms, "total_m": round(self.total_m, 3)}
 
     def required_m(self, clearance_m: float) -> float:
         """The clearance to demand where `clearance_m` was asked for: the larger of the two."""
@@ -82,8 +94,7 @@ def measure_clearance(
     building = _solids(site, site.building)
     obstacles = _solids(site, ~site.building)
     everything = _solids(site, np.ones_like(site.building))
-    speed_mps = np.linalg.norm(state.velocity_enu_mps, axis=1, keepdims=True)
-    run_on_enu_m = state.velocity_enu_mps * (reaction_s + speed_mps / (2 * braking_mps2))
+    run_on_enu_m = run_on_m(state.velocity_enu_mps, reaction_s, braking_mps2)
     place_enu_m = state.position_enu_m
     onward_enu_m = np.diff(place_enu_m, axis=0, append=place_enu_m[-1:])
     return Clearance(
@@ -93,6 +104,12 @@ def measure_clearance(
         obstacle_m=obstacles.distance_m(place_enu_m, onward_enu_m),
         straight_on_m=everything.distance_m(place_enu_m, run_on_enu_m),
     )
+
+
+def run_on_m(velocity_enu_mps: FloatArray, reaction_s: float, braking_mps2: float) -> FloatArray:
+    """The way `(…, 3)` straight on at this velocity for the reaction time and then braking to a stand."""
+    speed_mps = np.linalg.norm(velocity_enu_mps, axis=-1, keepdims=True)
+    return np.asarray(velocity_enu_mps * (reaction_s + speed_mps / (2 * braking_mps2)))
 
 
 def _solids(site: Site, mask: NDArray[np.bool_]) -> Solids:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import socket
 import subprocess
 import sys
@@ -41,6 +42,10 @@ def test_plan_writes_its_files_and_one_json_object(tmp_path):
         assert Path(summary["files"][kind]).stat().st_size > 100
     assert summary["coverage"]["walls"] == pytest.approx(1.0, abs=0.02)
     assert summary["speed_max_mps"] <= 5.0
+    budget = summary["clearance_budget"]
+    sigmas = [budget[f"{of}_sigma_m"] for of in ("map", "navigation", "tracking")]
+    assert budget["total_m"] == pytest.approx(budget["vehicle_radius_m"] + 3 * math.hypot(*sigmas), abs=0.002)
+    assert summary["clearance_required_m"] == max(3.0, budget["total_m"])
     assert json.loads(Path(summary["files"]["json"]).read_text())["rings"] == summary["rings"]
     assert not [path for path in (tmp_path / "out").iterdir() if path.name.startswith(".")]
 
@@ -53,6 +58,8 @@ def test_simulate_passes_and_writes_the_flight(tmp_path):
     assert summary["failures"] == []
     for kind in ("tlog", "npz", "flight_png", "html", "simulate_json"):
         assert Path(summary["files"][kind]).stat().st_size > 100
+    page = Path(summary["files"]["html"]).read_text()
+    assert "vehicle 0.40 m + 3·√(map 0.30² + navigation 0.05² + tracking 0.15²)" in page
 
 
 def test_an_accept_that_cannot_be_met_exits_1_and_says_what(tmp_path):
@@ -68,6 +75,33 @@ def test_a_plan_that_fails_its_limits_exits_1_and_writes_nothing(tmp_path):
     answer = run("plan", path, "--out", tmp_path / "out")
     assert answer.returncode == 1
     assert "ceiling_m" in answer.stderr
+    assert not (tmp_path / "out").exists()
+
+
+CRANE = """[[keepout]]
+circle = [%s, 2.0]
+height_m = [0, 20]
+name = "crane"
+[accept]"""
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [("23.96058, 32.8675", "clearance FAILS"), ("23.9605, 32.86765", "no way between home")],
+)
+def test_with_json_a_plan_that_fails_is_one_object_that_names_the_obstacle_and_exits_1(
+    tmp_path, place, words
+):
+    path = changed(tmp_path, "[accept]", CRANE % place)
+    answer = run("plan", path, "--out", tmp_path / "out", "--json")
+    assert answer.returncode == 1
+    summary = json.loads(answer.stdout)
+    (failure,) = summary["failures"]
+    assert summary["passed"] is False
+    assert words in failure
+    assert 'keepout "crane" at lat 23.960' in failure
+    assert "lon 32.867" in failure
+    assert "20.0 m high" in failure
     assert not (tmp_path / "out").exists()
 
 

@@ -1,0 +1,54 @@
+"""What is too near is called by its kind or its name, with its place and its height."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mavspiral.brief import map_request, with_keepouts
+from mavspiral.mission import load_mission
+from mavspiral.obstacle import nearest_obstacle
+from mavspiral.shape.heightmap import HeightMap, Site
+from mavspiral.shape.readers import read_site
+
+KIOSK = Path(__file__).parents[2] / "missions" / "kiosk.toml"
+
+
+@pytest.fixture(name="stage")
+def fixture_stage():
+    """The kiosk, a house of 5 m twenty metres north of it, and two keep-outs east and west."""
+    mission = load_mission(KIOSK)
+    raw = mission.model_dump(by_alias=True, mode="json")
+    raw["keepout"] = [
+        {"circle": [23.9605, 32.8677, 1.0], "height_m": [0.0, 15.0], "name": "tree"},
+        {"circle": [23.9605, 32.8673, 1.0], "height_m": [0.0, 12.0]},
+    ]
+    mission = type(mission).model_validate(raw | {"path": KIOSK}, strict=False)
+    site = with_keepouts(mission, read_site(map_request(mission)).site.padded(30.0))
+    heights = site.heights.height_agl_m.copy()
+    row, col = site.heights.index(np.array([0.0, 20.0]))
+    heights[row : row + 8, col : col + 8] = 5.0
+    changed = HeightMap(heights, site.heights.cell_m, site.heights.frame, site.heights.origin_enu_m)
+    return mission, Site(changed, site.building)
+
+
+@pytest.mark.parametrize(
+    ("place", "name"),
+    [
+        ((0.0, 0.0, 20.0), "the building"),
+        ((16.0, 0.0, 8.0), 'keepout "tree"'),
+        ((-16.0, 0.0, 8.0), "[[keepout]] 2"),
+        ((0.0, 30.0, 3.0), "a neighbour"),
+    ],
+)
+def test_each_kind_of_obstacle_is_named(stage, place, name):
+    assert nearest_obstacle(*stage, np.array(place)).startswith(f"{name} at lat 23.96")
+
+
+def test_a_way_is_judged_by_the_obstacle_that_it_ends_at(stage):
+    start, sweep = np.array([0.0, 12.0, 10.0]), np.array([18.0, -12.0, 0.0])
+    assert nearest_obstacle(*stage, start).startswith("the building")
+    assert nearest_obstacle(*stage, start, sweep).startswith('keepout "tree"')
+    assert nearest_obstacle(*stage, start, sweep).endswith("15.0 m high")
