@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
+import signal
 import sys
+from collections.abc import Callable
+from pathlib import Path
 from typing import NoReturn
 
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
 from sitl.link.endpoint import GCS_PORTS, OFFBOARD_PORTS, PortTakenError, px4_links, run
+from sitl.link.tlog import TlogWriter
 from sitl.params import Params
 from sitl.signals import GeoPoint
 from sitl.simulator import Simulator, SimulatorConfig
@@ -32,8 +37,10 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the vehicle until Ctrl-C. Returns the exit code: 2 when a port is taken or an option is wrong."""
+    """Run the vehicle until Ctrl-C or SIGTERM. Returns the exit code: 2 when a port is taken or an option is wrong."""
     options = _options().parse_args(argv)
+    with contextlib.suppress(ValueError):  # not in the main thread: then it is the caller who ends us
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
     home, heading_ned_rad = options.home
     try:
         airframe = load_airframe(options.airframe)
@@ -48,6 +55,7 @@ def main(argv: list[str] | None = None) -> int:
         seed=options.seed,
         gps=options.gps,
         wind_ned_mps=options.wind,
+        gusts=options.gust,
         faults=tuple(options.fault),
     )
     config = SimulatorConfig(
@@ -67,6 +75,7 @@ def main(argv: list[str] | None = None) -> int:
         print(f"sitl: cannot listen on {options.bind}: {error.strerror}", file=sys.stderr)
         return 2
     simulator = Simulator(config)
+    exchange = simulator.exchange if options.tlog is None else _logged(simulator, options.tlog)
     print(
         f"sitl: {options.autopilot} {options.airframe}, system {options.instance + 1}, "
         f"UDP {_ports(OFFBOARD_PORTS, options.instance)} and {_ports(GCS_PORTS, options.instance)}",
@@ -84,7 +93,7 @@ def main(argv: list[str] | None = None) -> int:
         return True
 
     try:
-        run(simulator.exchange, links, speedup=options.speedup, after_frame=tell)
+        run(exchange, links, speedup=options.speedup, after_frame=tell)
     except KeyboardInterrupt:
         print("sitl: stopped", flush=True)
     finally:
@@ -96,6 +105,21 @@ def main(argv: list[str] | None = None) -> int:
 def _warm_up(config: SimulatorConfig) -> None:
     """Live with a vehicle that is thrown away: numba compiles while nobody on the air waits for it."""
     Simulator(config).exchange(_WARM_UP_US, (b"", b""))
+
+
+Exchange = Callable[[int, tuple[bytes, ...]], tuple[bytes, ...]]
+
+
+def _logged(simulator: Simulator, path: Path) -> Exchange:
+    """The simulator's `exchange`, which also writes to a .tlog whatever passes."""
+    log = TlogWriter(path.open("wb", buffering=0))
+
+    def exchange(now_us: int, received: tuple[bytes, ...]) -> tuple[bytes, ...]:
+        sent = simulator.exchange(now_us, received)
+        log.write(simulator.time_us, *received, *sent)
+        return sent
+
+    return exchange
 
 
 def _ports(ports: tuple[int, int], instance: int) -> str:
@@ -112,6 +136,7 @@ def _options() -> argparse.ArgumentParser:
         help=f"where it stands (default: {_KIOSK_HOME})")  # fmt: skip
     add("--wind", type=_wind, default=(0.0, 0.0, 0.0), metavar="MPS[,FROM_DEG]",
         help="steady wind and where it blows from (default: none; from the west)")  # fmt: skip
+    add("--gust", action="store_true", help="Dryden turbulence on top of the wind")
     add("--speedup", type=_positive, default=1.0, metavar="X", help="times real time (default: 1)")
     add("--seed", type=_seed, default=0, metavar="N", help="of the senses' noise (default: 0)")
     add("--instance", type=_instance, default=0, metavar="N", help="added to the ports; the system is N + 1")
@@ -119,6 +144,7 @@ def _options() -> argparse.ArgumentParser:
     add("--gps", choices=["rtk", "standard"], default="rtk", help="how good the fixes are (default: rtk)")
     add("--fault", type=_fault, action="append", default=[], metavar="SPEC",
         help="NAME[=VALUE]@START[+DURATION], such as gps_loss@60s+20s; repeatable")  # fmt: skip
+    add("--tlog", type=_log_path, metavar="FILE", help="write down all that passes on the links")
     return parser
 
 
@@ -151,6 +177,15 @@ def _wind(text: str) -> tuple[float, float, float]:
         raise argparse.ArgumentTypeError(f"{text!r}: wind is at most {_STRONGEST_MPS:.0f} m/s")
     from_rad = math.radians(from_deg)
     return -speed_mps * math.cos(from_rad), -speed_mps * math.sin(from_rad), 0.0
+
+
+def _log_path(text: str) -> Path:
+    path = Path(text)
+    try:
+        path.open("wb").close()
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {error.strerror}") from None
+    return path
 
 
 def _positive(text: str) -> float:

@@ -9,6 +9,10 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 
+collect_ignore = [
+    "foreign"
+]  # a project of somebody else's: test_pytest_plugin runs it in an environment of its own
+
 
 def pytest_addoption(parser):
     parser.addoption("--renew-golden", action="store_true", help="write tests/golden anew; read the diff")

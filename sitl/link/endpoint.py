@@ -7,7 +7,16 @@ import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
 
-__all__ = ["GCS_PORTS", "OFFBOARD_PORTS", "PortTakenError", "UdpLink", "datagrams", "px4_links", "run"]
+__all__ = [
+    "GCS_PORTS",
+    "OFFBOARD_PORTS",
+    "PortTakenError",
+    "UdpLink",
+    "datagrams",
+    "is_free",
+    "px4_links",
+    "run",
+]
 
 OFFBOARD_PORTS = (14580, 14540)
 """Where PX4 SITL listens and where it sends, each plus the instance."""
@@ -81,6 +90,16 @@ class UdpLink:
     def close(self) -> None:
         """Free the port."""
         self._socket.close()
+
+
+def is_free(port: int) -> bool:
+    """Whether nobody on this machine listens on that UDP port."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError:
+            return False
+    return True
 
 
 def datagrams(frames: bytes, limit: int = _DATAGRAM_LIMIT) -> Iterator[bytes]:

@@ -1,0 +1,60 @@
+"""A .tlog of all that passes on a vehicle's links, as ground stations write it: time, frame, time, frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import BinaryIO
+
+__all__ = ["TlogWriter", "logged_frames", "whole_frames"]
+
+_EPOCH_UNIX_US = 1_767_225_600_000_000
+"""2026-01-01, as in SYSTEM_TIME: simulated time is logged, so that equal flights give equal files."""
+_V2, _V1 = 0xFD, 0xFE
+_OVERHEAD_V2, _OVERHEAD_V1, _SIGNATURE = 12, 8, 13
+_SIGNED = 1
+_STAMP, _LONGEST = 8, 280
+
+
+class TlogWriter:
+    """Writes frames to an unbuffered file, so that it can be read while the vehicle lives.
+
+    A file that cannot be written any more (a full disk) is given up: `fault` says why, and the flight goes on.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.fault: OSError | None = None
+
+    def write(self, now_us: int, *links: bytes) -> None:
+        """Add the whole frames among these bytes, of each link its own."""
+        stamp = (_EPOCH_UNIX_US + now_us).to_bytes(_STAMP, "big")
+        record = b"".join(stamp + frame for data in links for frame in whole_frames(data))
+        if record and self.fault is None:
+            try:
+                self._file.write(record)
+            except OSError as error:
+                self.fault = error
+
+
+def whole_frames(data: bytes) -> Iterator[bytes]:
+    """The MAVLink frames that lie end to end in `data`. What does not look like one ends the walk."""
+    begin, size = 0, len(data)
+    while begin + _OVERHEAD_V1 <= size:
+        if data[begin] == _V2:
+            end = begin + data[begin + 1] + _OVERHEAD_V2 + _SIGNATURE * (data[begin + 2] & _SIGNED)
+        elif data[begin] == _V1:
+            end = begin + data[begin + 1] + _OVERHEAD_V1
+        else:
+            return
+        if end > size:
+            return
+        yield data[begin:end]
+        begin = end
+
+
+def logged_frames(log: bytes) -> Iterator[bytes]:
+    """The frames in a .tlog; a last one that is not whole is left out."""
+    begin = 0
+    while frame := next(whole_frames(log[begin + _STAMP : begin + _STAMP + _LONGEST]), b""):
+        yield frame
+        begin += _STAMP + len(frame)
