@@ -110,6 +110,9 @@ def fly(
     ],
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Do everything but arm.")] = False,
     rate: Annotated[float, typer.Option("--rate", help="Setpoints a second.", min=10.0, max=100.0)] = 50.0,
+    signing: Annotated[
+        Path | None, typer.Option("--signing", help="A key file: sign all, and refuse what is not signed.")
+    ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before flying.")] = False,
     out: Out = None,
     as_json: Json = False,
@@ -117,11 +120,13 @@ def fly(
     """Stream it to a real vehicle: connect, check, arm, take off, inspect, return, land."""
     from mavspiral.deliver import write_live
     from mavspiral.files import try_folder
+    from mavspiral.flight.signing import read_key
     from mavspiral.live import fly as fly_live
     from mavspiral.planner import plan as make_plan
     from mavspiral.show.rows import live_rows, plan_rows
 
     brief = _load(mission)
+    key = None if signing is None else read_key(signing)
     with _failures_as_json(brief, as_json):
         inspection = make_plan(brief)
     if not as_json:
@@ -131,7 +136,12 @@ def fly(
         _ask(brief.name, connect)
     folder = try_folder(_folder(out, brief))
     flight = fly_live(
-        inspection, connect, dry_run=dry_run, rate_hz=rate, on_event=_quiet if as_json else _say
+        inspection,
+        connect,
+        dry_run=dry_run,
+        rate_hz=rate,
+        signing_key=key,
+        on_event=_quiet if as_json else _say,
     )
     summary = flight.summary()
     summary["files"] = write_live(flight, folder, summary)

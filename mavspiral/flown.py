@@ -114,7 +114,10 @@ class Flight:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LiveFlight:
-    """A flight on a vehicle whose truth nobody knows: what was measured is against its own estimate."""
+    """A flight on a vehicle whose truth nobody knows: what was measured is against its own estimate.
+
+    `refused_n` frames were not signed with our key, or had come before; None on a link that is not signed.
+    """
 
     inspection: Inspection
     outcome: Outcome
@@ -126,6 +129,7 @@ class LiveFlight:
     tracking_m: FloatArray
     clearance_m: FloatArray
     coverage: Coverage | None
+    refused_n: int | None = None
 
     def summary(self) -> dict[str, Any]:
         """The figures of `fly --json`, named as `simulate` names them; `source` says whose word they are."""
@@ -145,6 +149,7 @@ class LiveFlight:
                 "rate_hz": round(self.stream.rate_hz, 2),
                 "worst_gap_s": round(self.stream.worst_gap_s, 3),
             },
+            "refused": self.refused_n,
             "events": [
                 {"t_s": round(e.t_us / 1e6, 3), "severity": e.severity, "text": e.text} for e in self.events
             ],

@@ -15,6 +15,7 @@ from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
 from mavspiral.flight.outcome import SessionConfig, Step
 from mavspiral.flight.realtime import drive, open_transport
 from mavspiral.flight.session import Session
+from mavspiral.flight.signing import Signer
 from mavspiral.flown import LiveFlight
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Trajectory
@@ -25,6 +26,8 @@ from mavspiral.survey.solids import Solids
 __all__ = ["fly"]
 
 STALE_US = 300_000
+SIGNING_EPOCH_NS = 1_420_070_400_000_000_000
+"""2015-01-01 UTC, from which MAVLink's signatures count."""
 
 
 def fly(
@@ -33,9 +36,12 @@ def fly(
     *,
     dry_run: bool = False,
     rate_hz: float = 50.0,
+    signing_key: bytes | None = None,
     on_event: Callable[[Event], None] = lambda event: None,
 ) -> LiveFlight:
     """The mission streamed to the vehicle at `url`, from connecting to disarming. It arms and flies: nobody is asked.
+
+    With a `signing_key` (32 bytes, `read_key`) both ends sign, and what is not signed is refused and counted.
 
     Raises:
         InputError: the URL cannot be read, or its port is taken.
@@ -52,12 +58,16 @@ def fly(
     transport = open_transport(url)
     tape = io.BytesIO()
     begin_us = time.monotonic_ns() // 1000
+    signer = (
+        None if signing_key is None else Signer(signing_key, (time.time_ns() - SIGNING_EPOCH_NS) // 10_000)
+    )
     session = Session(
         inspection.route_from,
         inspection.site.heights.frame,
         SessionConfig(dry_run=dry_run, rate_hz=rate_hz, safe_height_enu_m=inspection.safe_height_enu_m),
         way_home=inspection.way_home,
         tap=TlogWriter(tape, time.time_ns() // 1000).write,
+        signer=signer,
     )
 
     def told(_: Session, step: Step) -> None:
@@ -87,6 +97,7 @@ def fly(
         tracking_m,
         clearance_m,
         _coverage(inspection, session.trajectory, log),
+        None if signer is None else signer.refused_n,
     )
 
 

@@ -13,7 +13,8 @@ from typing import NoReturn
 
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
-from sitl.link.endpoint import GCS_PORTS, OFFBOARD_PORTS, PortTakenError, px4_links, run
+from sitl.link.endpoint import GCS_PORTS, OFFBOARD_PORTS, PortTakenError, px4_links, run, signing_timestamp
+from sitl.link.signing import Signing, parse_key
 from sitl.link.tlog import TlogWriter
 from sitl.params import Params
 from sitl.signals import GeoPoint
@@ -59,7 +60,11 @@ def main(argv: list[str] | None = None) -> int:
         faults=tuple(options.fault),
     )
     config = SimulatorConfig(
-        vehicle, options.autopilot, options.instance, loss_scale=max(1.0, options.speedup)
+        vehicle,
+        options.autopilot,
+        options.instance,
+        loss_scale=max(1.0, options.speedup),
+        signing=None if options.signing is None else Signing(options.signing, signing_timestamp()),
     )
     try:
         _warm_up(config)
@@ -99,6 +104,10 @@ def main(argv: list[str] | None = None) -> int:
     finally:
         for link in links:
             link.close()
+        if options.signing is not None:
+            print(
+                f"sitl: {simulator.refused} frames refused: unsigned, wrongly signed or replayed", flush=True
+            )
     return 0
 
 
@@ -144,6 +153,7 @@ def _options() -> argparse.ArgumentParser:
     add("--gps", choices=["rtk", "standard"], default="rtk", help="how good the fixes are (default: rtk)")
     add("--fault", type=_fault, action="append", default=[], metavar="SPEC",
         help="NAME[=VALUE]@START[+DURATION], such as gps_loss@60s+20s; repeatable")  # fmt: skip
+    add("--signing", type=_key, metavar="KEYFILE", help="sign all, and refuse what is not signed")
     add("--tlog", type=_log_path, metavar="FILE", help="write down all that passes on the links")
     return parser
 
@@ -186,6 +196,15 @@ def _log_path(text: str) -> Path:
     except OSError as error:
         raise argparse.ArgumentTypeError(f"{text!r} cannot be written: {error.strerror}") from None
     return path
+
+
+def _key(text: str) -> bytes:
+    try:
+        return parse_key(Path(text).read_bytes())
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r}: {error}") from None
 
 
 def _positive(text: str) -> float:

@@ -10,6 +10,7 @@ from sitl.autopilot.commander import Commander, CommanderState
 from sitl.link.parameters import ParameterTable, TableState
 from sitl.link.px4 import Px4Link, Px4LinkState
 from sitl.link.report import Report
+from sitl.link.signing import Signer, SignerState, Signing
 from sitl.link.streams import GCS_RATES_HZ, OFFBOARD_RATES_HZ
 from sitl.orders import FlightStatus, Notice, Order, Verdict
 from sitl.plans import MissionRun, Plans
@@ -26,13 +27,15 @@ _LINK_RATES_HZ: tuple[Mapping[str, float], ...] = (OFFBOARD_RATES_HZ, GCS_RATES_
 class SimulatorConfig:
     """Everything that decides a flight besides the bytes that come in.
 
-    `loss_scale` stretches the time after which setpoints count as lost: PX4 sets it to its speed-up.
+    `loss_scale` stretches the time after which setpoints count as lost: PX4 sets it to its speed-up. With `signing`
+    the links sign what they send and take nothing that is not signed.
     """
 
     vehicle: VehicleConfig
     autopilot: Literal["px4"] = "px4"
     instance: int = 0
     loss_scale: float = 1.0
+    signing: Signing | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,7 @@ class SimulatorState:
     parameters: TableState
     links: tuple[Px4LinkState, ...]
     uploading: bool
+    signer: SignerState | None
 
 
 class Simulator:
@@ -70,7 +74,10 @@ class Simulator:
     def __init__(self, config: SimulatorConfig) -> None:
         self.config = config
         self._craft = _Craft(config)
-        self._links = tuple(Px4Link(config.instance + 1, rates_hz) for rates_hz in _LINK_RATES_HZ)
+        self._signer = None if config.signing is None else Signer(config.signing)
+        self._links = tuple(
+            Px4Link(config.instance + 1, rates_hz, self._signer) for rates_hz in _LINK_RATES_HZ
+        )
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Live until `now_us` in whole frames, then take what came in on the first link."""
@@ -116,6 +123,11 @@ class Simulator:
         return self._craft.report()
 
     @property
+    def refused(self) -> int:
+        """How many frames came that were not signed, or wrongly, or replayed."""
+        return 0 if self._signer is None else self._signer.refused
+
+    @property
     def parameters(self) -> Mapping[str, float]:
         """What the vehicle's parameters are now, by PX4's names."""
         return self._craft.parameters
@@ -129,11 +141,14 @@ class Simulator:
             craft.parameters.snapshot(),
             tuple(link.snapshot() for link in self._links),
             craft.uploading,
+            None if self._signer is None else self._signer.snapshot(),
         )
 
     def restore(self, state: SimulatorState) -> None:
         """Become again what `snapshot` saw."""
         self._craft.restore(state)
+        if self._signer is not None and state.signer is not None:
+            self._signer.restore(state.signer)
         for link, link_state in zip(self._links, state.links, strict=True):
             link.restore(link_state)
 

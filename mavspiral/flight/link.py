@@ -30,6 +30,7 @@ from mavspiral.flight.messages import (
     SysStatus,
     Target,
 )
+from mavspiral.flight.signing import SIGNED, Signer
 
 __all__ = ["COMPONENT_ID", "SYSTEM_ID", "Link"]
 
@@ -58,14 +59,16 @@ class Link:
 
     Args:
         tap: is handed every whole frame, in and out, as it passes.
+        signer: signs all that goes out; what it does not accept has not come in.
     """
 
-    def __init__(self, tap: Callable[[bytes], None] | None = None) -> None:
+    def __init__(self, tap: Callable[[bytes], None] | None = None, signer: Signer | None = None) -> None:
         self.vehicle: tuple[int, int] | None = None
         self.arrivals: Counter[int] = Counter()  # of the vehicle's messages, by MAVLink message id
         self.garbage_n = 0  # bytes
         self.late_n = 0
         self._tap = tap
+        self._signer = signer
         self._newest_seq: int | None = None
         self._rest = b""
         self._parser = _Parser(None, SYSTEM_ID, COMPONENT_ID)
@@ -76,6 +79,8 @@ class Link:
         for frame, value in self._frames(data):
             if self._tap is not None:
                 self._tap(frame)
+            if self._signer is not None and not self._signer.accepts(frame):
+                continue
             if value is _UNCHECKED:
                 continue
             message_id, system_id, component_id, seq = _header(frame)
@@ -134,6 +139,11 @@ class Link:
         return self._sent(b"\xfd" + body + checksum)
 
     @property
+    def refused_n(self) -> int:
+        """How many frames were not signed as they must be."""
+        return 0 if self._signer is None else self._signer.refused_n
+
+    @property
     def _addressee(self) -> tuple[int, int]:
         if self.vehicle is None:
             raise RuntimeError("no vehicle to address: set `vehicle` from its heartbeat first")
@@ -182,6 +192,8 @@ class Link:
 
     def _sent(self, frame: bytes) -> bytes:
         self._parser.seq = (self._parser.seq + 1) % 256
+        if self._signer is not None:
+            frame = self._signer.sign(_flagged(frame))
         if self._tap is not None:
             self._tap(frame)
         return frame
@@ -223,6 +235,14 @@ def _size(buffer: bytes, at: int) -> int:
         return 0
     signature_n = mavlink.MAVLINK_SIGNATURE_BLOCK_LEN if buffer[at + 2] else 0
     return 12 + buffer[at + 1] + signature_n
+
+
+def _flagged(frame: bytes) -> bytes:
+    """A MAVLink 2 frame of ours that says that it is signed; its signature is still to come."""
+    body = frame[1:2] + bytes((SIGNED,)) + frame[3:-_CHECKSUM_N]
+    crc_extra = mavlink.mavlink_map[_header(frame)[0]].crc_extra
+    checksum: int = mavlink.x25crc(body + bytes((crc_extra,))).crc
+    return frame[:1] + body + checksum.to_bytes(_CHECKSUM_N, "little")
 
 
 def _header(frame: bytes) -> tuple[int, int, int, int]:

@@ -20,6 +20,7 @@ from typing import Protocol
 from mavspiral.errors import InputError, LinkError
 from mavspiral.flight.outcome import Outcome, Step
 from mavspiral.flight.session import Session
+from mavspiral.flight.signing import SIGNATURE_N, SIGNED
 
 __all__ = ["Transport", "drive", "open_transport"]
 
@@ -253,7 +254,7 @@ def _datagrams(data: bytes) -> Iterator[bytes]:
     """`data`, which is whole MAVLink 2 frames, in pieces of whole frames that fit a datagram."""
     begin = end = 0
     while end < len(data):
-        size = data[end + 1] + 12
+        size = data[end + 1] + 12 + SIGNATURE_N * (data[end + 2] & SIGNED)
         if end + size - begin > _DATAGRAM_N and end > begin:
             yield data[begin:end]
             begin = end

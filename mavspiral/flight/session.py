@@ -20,6 +20,7 @@ from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.px4 import PX4
 from mavspiral.flight.schedule import Schedule, StreamFigures
+from mavspiral.flight.signing import Signer
 from mavspiral.flight.situation import Route, Situation, WayHome
 from mavspiral.flight.streamer import Streamer
 from mavspiral.flight.telemetry import TelemetryRequest
@@ -43,6 +44,7 @@ class Session:
         way_home: gives the way back from anywhere on the flight; without it a flight that is given up lands there.
         profile: the autopilot's ways.
         tap: is handed every whole frame with its time, both directions (`TlogWriter.write`).
+        signer: for a link whose both ends sign.
     """
 
     def __init__(
@@ -54,11 +56,12 @@ class Session:
         way_home: WayHome | None = None,
         profile: Profile = PX4,
         tap: Callable[[int, bytes], None] | None = None,
+        signer: Signer | None = None,
     ) -> None:
         self.state = State.CONNECT
         self.outcome: Outcome | None = None
         config = config or SessionConfig()
-        link = Link(None if tap is None else lambda packet: tap(self._s.now_us, packet))
+        link = Link(None if tap is None else lambda packet: tap(self._s.now_us, packet), signer)
         self._s = Situation(route, way_home, frame, config, profile, link, TelemetryRequest(profile))
         self._row = COURSE[State.CONNECT]
         self._streamer = Streamer(self._s)
@@ -71,6 +74,7 @@ class Session:
         self._stop_asked = False
         self._ask_due_us = 0
         self._failure: str | None = None
+        self._refused = False
         self._modes: frozenset[int] = frozenset()
         self._entry_mode: int | None = None
         self._mode_reached = False
@@ -158,6 +162,9 @@ class Session:
     def _take_in(self, messages: list[Message]) -> None:
         s = self._s
         local_before = s.vehicle.local
+        if s.link.refused_n and not self._refused:
+            self._refused = True
+            s.tell("warning", "refused: a frame that was not signed with our key, or had come before")
         for message in messages:
             if s.link.vehicle is None:
                 if not isinstance(message, Heartbeat) or message.autopilot != s.profile.autopilot:

@@ -74,6 +74,7 @@ def live_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("walls seen", _share(s["coverage"]["walls"]), ""),
         ("setpoints", f"{s['setpoints']['sent']} at {s['setpoints']['rate_hz']:.1f} Hz", ""),
         ("worst gap", f"{s['setpoints']['worst_gap_s']:.3f} s", ""),
+        *([] if s["refused"] is None else [("frames refused", f"{s['refused']}", "")]),
     ]
 
 

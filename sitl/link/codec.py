@@ -17,6 +17,7 @@ from typing import NamedTuple
 from pymavlink.dialects.v20 import common
 
 from sitl.link.messages import Message, layout
+from sitl.link.signing import SIGNED, Signer
 
 __all__ = ["Codec", "CodecState", "Received"]
 
@@ -26,7 +27,6 @@ _MAGIC_V1 = 0xFE
 _HEADER_LENGTH = 10
 _HEADER_LENGTH_V1 = 6
 _CHECKSUM_LENGTH = 2
-_SIGNED = common.MAVLINK_IFLAG_SIGNED
 _START = re.compile(b"[\xfd\xfe]")
 _crc: Callable[[bytes, int], int] = getattr(common, "mcrf4xx", None) or (
     lambda data, _: common.x25crc(data).crc
@@ -53,11 +53,15 @@ class CodecState:
 
 
 class Codec:
-    """One end of a MAVLink stream. Garbage is counted and skipped; less than a frame of it is kept."""
+    """One end of a MAVLink stream. Garbage is counted and skipped; less than a frame of it is kept.
 
-    def __init__(self, system: int, component: int) -> None:
+    With a `signer`, every frame that goes out is signed and none comes in that it does not accept.
+    """
+
+    def __init__(self, system: int, component: int, signer: Signer | None = None) -> None:
         self.system = system
         self.component = component
+        self._signer = signer
         self._rare = common.MAVLink(None)
         self._sequence = 0
         self._pending = b""
@@ -70,16 +74,18 @@ class Codec:
         payload = payload.rstrip(b"\0") or payload[:1]
         system, component = sender or (self.system, self.component)
         low, high = message.ID & 0xFFFF, message.ID >> 16
-        header = _HEADER.pack(_MAGIC, len(payload), 0, 0, self._sequence, system, component, low, high)
+        flags = 0 if self._signer is None else SIGNED
+        header = _HEADER.pack(_MAGIC, len(payload), flags, 0, self._sequence, system, component, low, high)
         frame = header + payload
         self._sequence = (self._sequence + 1) & 0xFF
-        return frame + _checksum(frame, message.LAYOUT.crc_extra)
+        frame += _checksum(frame, message.LAYOUT.crc_extra)
+        return frame if self._signer is None else self._signer.sign(frame)
 
     def decode(self, data: bytes) -> list[Received]:
         """The messages that these bytes complete."""
         messages: list[Received] = []
         begin = 0
-        if not self._pending:
+        if not self._pending and self._signer is None:
             size = len(data)
             while (
                 size - begin >= _HEADER_LENGTH + _CHECKSUM_LENGTH
@@ -124,7 +130,8 @@ class Codec:
             if received is None:
                 at += 1
                 continue
-            messages.append(received)
+            if self._signer is None or self._signer.accepts(data[at:end]):
+                messages.append(received)
             self._rejected += at > accepted_to
             at = accepted_to = end
         else:
@@ -189,7 +196,7 @@ def _size(data: bytes, at: int) -> int:
         return _HEADER_LENGTH_V1 + _CHECKSUM_LENGTH + (header[1] if len(header) > 1 else 0)
     if len(header) < 3:
         return _HEADER_LENGTH + _CHECKSUM_LENGTH
-    if header[2] & ~_SIGNED:
+    if header[2] & ~SIGNED:
         return 0
     signature_length = common.MAVLINK_SIGNATURE_BLOCK_LEN if header[2] else 0
     return _HEADER_LENGTH + header[1] + _CHECKSUM_LENGTH + signature_length

@@ -16,6 +16,7 @@ __all__ = [
     "is_free",
     "px4_links",
     "run",
+    "signing_timestamp",
 ]
 
 OFFBOARD_PORTS = (14580, 14540)
@@ -25,7 +26,8 @@ GCS_PORTS = (18570, 14550)
 _DATAGRAM_LIMIT = 1280
 _RECEIVE_SIZE = 65535
 _DATAGRAMS_PER_FRAME = 256
-_MAGIC_V2, _OVERHEAD_V2 = 0xFD, 12
+_OVERHEAD, _SIGNATURE, _SIGNED = 12, 13, 1
+_SIGNING_EPOCH_S = 1_420_070_400  # 2015-01-01 UTC
 _FRAME_US = 10_000
 _GIVE_UP_S = 0.5
 """So late, the clock is set anew rather than caught up with."""
@@ -102,11 +104,16 @@ def is_free(port: int) -> bool:
     return True
 
 
+def signing_timestamp() -> int:
+    """What the clock says, as MAVLink's signatures count: 10 µs since 2015."""
+    return int((time.time() - _SIGNING_EPOCH_S) * 1e5)
+
+
 def datagrams(frames: bytes, limit: int = _DATAGRAM_LIMIT) -> Iterator[bytes]:
     """MAVLink 2 frames in datagrams of at most `limit` bytes, none of them cut."""
     begin = end = 0
     while end < len(frames):
-        size = frames[end + 1] + _OVERHEAD_V2
+        size = frames[end + 1] + _OVERHEAD + _SIGNATURE * (frames[end + 2] & _SIGNED)
         if end > begin and end + size - begin > limit:
             yield frames[begin:end]
             begin = end

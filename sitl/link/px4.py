@@ -22,6 +22,7 @@ from sitl.link.parameters import ParameterService
 from sitl.link.px4_status import MODE_OF_CODE, STATUS, status_texts
 from sitl.link.report import Report
 from sitl.link.setpoints import setpoint_of
+from sitl.link.signing import Signer
 from sitl.link.streams import Schedule, Streams
 from sitl.link.telemetry import TELEMETRY, Builder
 from sitl.orders import Notice, Shot, SwitchMode, Verdict
@@ -73,8 +74,8 @@ class Px4LinkState:
 class Px4Link:
     """One MAVLink instance of a PX4 vehicle."""
 
-    def __init__(self, system: int, rates_hz: Mapping[str, float]) -> None:
-        self._codec = Codec(system, _OURS)
+    def __init__(self, system: int, rates_hz: Mapping[str, float], signer: Signer | None = None) -> None:
+        self._codec = Codec(system, _OURS, signer)
         self._streams = Streams(rates_hz)
         self._parameters = ParameterService()
         self._plans = PlanService()
