@@ -40,6 +40,7 @@ class Rotors:
     """Four equal rotors in PX4's order; `spin` is +1 for one that turns counter-clockwise seen from above."""
 
     position_frd_m: FloatArray
+    radius_m: float
     spin: FloatArray
     thrust_n_per_radps2: float
     torque_per_thrust_m: float
@@ -83,8 +84,12 @@ class Senses:
     accel_walk_mps3_rthz: float
     gyro_bias_radps: float
     accel_bias_mps2: float
+    gyro_scale: float
+    accel_scale: float
     baro_noise_m: float
     baro_drift_m: float
+    baro_wash_m: float
+    baro_speed_share: float
     mag_noise_gauss: float
 
 

@@ -5,11 +5,14 @@ Truth stays in WORLD, which only physics reads; what the brain learns passes thr
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from sitl.autopilot.cascade import DEMAND, GAINS, MIND, control, detect_ground
 from sitl.autopilot.rate import filter_gyro
 from sitl.estimator.model import HAS_BARO, HAS_FIX, HAS_MAG, IMU_S, NAV, RING, advance_horizon, tick
+from sitl.geo import GRAVITY_MPS2
 from sitl.kernels import kernel
 from sitl.physics.battery import PACK, drain
 from sitl.physics.dynamics import BODY, PLANT, step
@@ -92,11 +95,16 @@ def _move(world: np.record, brain: np.record, noise: np.record, at: int) -> None
 @kernel
 def _sense(world: np.record, nav: np.record, noise: np.record, frame: int, at: int, received: bool) -> None:
     """What the slower senses take at the end of this frame, and the fix that arrives."""
-    body, sensed = world.body, world.sensed
+    body, plant, sensed = world.body, world.plant, world.sensed
     slot = frame % RING
     nav.has[slot] = 0
     if (frame + 1) % 4 == 0:
-        measure_baro(sensed, body.position_ned_m[2], noise.baro[at // 4])
+        v, wind, load = body.velocity_ned_mps, plant.wind_ned_mps, 0.0
+        for i in range(4):
+            load += plant.thrust_n_per_radps2[i] * body.rotor_speed_radps[i] ** 2
+        airspeed = math.sqrt((v[0] - wind[0]) ** 2 + (v[1] - wind[1]) ** 2 + (v[2] - wind[2]) ** 2)
+        load /= plant.mass_kg * GRAVITY_MPS2
+        measure_baro(sensed, body.position_ned_m[2], load, airspeed, noise.baro[at // 4])
         measure_mag(sensed, body.q_ned_frd, noise.mag[at // 4])
         nav.baro_alt_m[slot] = sensed.baro_alt_m
         nav.mag[slot, :] = sensed.mag_frd_gauss

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
-from sitl.airframe import RECEIVERS, Airframe
+from sitl.airframe import RECEIVERS, Airframe, Receiver, Senses
 from sitl.autopilot.cascade import new_mind, set_demand, set_gains
 from sitl.estimator.model import new_nav, report
-from sitl.faults import Fault, GpsLoss, MotorLoss, WindStep
+from sitl.faults import Fault
 from sitl.geo import dipole_field
 from sitl.loop import BLOCK_FRAMES, BRAIN, NOISE, WORLD, live
 from sitl.params import Params
 from sitl.physics.battery import new_pack
 from sitl.physics.dynamics import new_body, new_plant
-from sitl.physics.sensors import GPS_DELAY_FRAMES, new_sensed
+from sitl.physics.sensors import BOOT_NORMALS, GPS_DELAY_FRAMES, new_sensed
 from sitl.rotation import from_euler
 from sitl.signals import (
     BaroSample,
@@ -32,6 +31,7 @@ from sitl.signals import (
     TruthState,
     vector,
 )
+from sitl.trouble import afflict, discharge
 
 __all__ = ["FRAME_US", "BatteryState", "Vehicle", "VehicleConfig", "VehicleState"]
 
@@ -44,8 +44,9 @@ class VehicleConfig:
     """Everything that decides a flight besides the demands.
 
     It stands at `home` (which is truth's NED origin) with its nose at `heading_ned_rad`. The EKF's origin
-    lies `origin_offset_ned_m` away from the first good fix. `gusts` adds Dryden turbulence to the wind.
-    Without `noise` the senses tell the truth. `stock_filter` flies filterpy's own arithmetic. `params` are
+    lies `origin_offset_ned_m` away from the first good fix. The wind is that at 20 ft (6.1 m) and grows with
+    height; `gusts` adds Dryden turbulence to it. Without `noise` the senses tell the truth. `supposed` are
+    the sheets by which the estimator judges its senses, where they are not the true ones. `stock_filter` flies filterpy's own arithmetic. `params` are
     taken as they are: start them from `Params(airframe.params)`.
     """
 
@@ -54,13 +55,14 @@ class VehicleConfig:
     home: GeoPoint
     heading_ned_rad: float = 0.0
     seed: int = 0
-    gps: Literal["rtk", "standard"] = "rtk"
+    gps: Literal["rtk", "standard"] | Receiver = "rtk"
     wind_ned_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
     gusts: bool = False
     ground_down_m: float = 0.0
     origin_offset_ned_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     faults: tuple[Fault, ...] = ()
     noise: bool = True
+    supposed: tuple[Senses, Receiver] | None = None
     stock_filter: bool = False
 
 
@@ -80,8 +82,14 @@ class VehicleState:
 
     params: Params
     demand: Demand | None
+    faults: tuple[Fault, ...]
     arrays: tuple[np.ndarray, ...]
     generators: tuple[Mapping[str, Any], ...]
+
+
+def _frame_at(time_us: int) -> int:
+    """The first frame that begins no earlier."""
+    return -(-time_us // FRAME_US)
 
 
 class Vehicle:
@@ -94,7 +102,8 @@ class Vehicle:
         seeds = np.random.SeedSequence(config.seed).spawn(6)
         boot, *self._generators = (np.random.Generator(np.random.PCG64(seed)) for seed in seeds)
         field = dipole_field(config.home.lat_deg, config.home.lon_deg)
-        receiver = RECEIVERS[config.gps]
+        self._receiver = RECEIVERS[config.gps] if isinstance(config.gps, str) else config.gps
+        senses, receiver = config.airframe.senses, self._receiver
         self._world, self._brain, self._noise = np.zeros(1, WORLD), np.zeros(1, BRAIN), np.zeros(1, NOISE)
         world, brain = self._world, self._brain
         attitude = from_euler(0.0, 0.0, config.heading_ned_rad)
@@ -102,15 +111,16 @@ class Vehicle:
         world["plant"] = new_plant(config.airframe, config.ground_down_m)
         world["pack"] = new_pack(config.airframe)
         world["sensed"] = new_sensed(
-            config.airframe.senses, receiver, config.home, field, boot.standard_normal(10), config.noise
+            senses, receiver, config.home, field, boot.standard_normal(BOOT_NORMALS), config.noise
         )
         world["air"]["turbulent"] = config.gusts
         world["speed_max_radps"] = config.airframe.rotors.speed_max_radps
         world["sensed"]["baro_alt_m"] = config.home.alt_amsl_m - config.ground_down_m
         brain["mind"], brain["nav"] = new_mind(), new_nav()
+        senses, receiver = config.supposed or (senses, receiver)
         self._ekf = Ekf(
             brain["nav"],
-            config.airframe.senses,
+            senses,
             config.params,
             receiver=receiver,
             field_ned_gauss=field,
@@ -125,8 +135,7 @@ class Vehicle:
         self._demand: Demand | None = None
         self._received = True
         self._believed: Estimate | None = None
-        times_us = {us for fault in config.faults for us in (fault.start_us, fault.end_us) if us is not None}
-        self._fault_frames = {0} | {-(-us // FRAME_US) for us in times_us}
+        self._set_faults(config.faults)
         self.params = config.params
 
     @property
@@ -156,7 +165,7 @@ class Vehicle:
             if frame % BLOCK_FRAMES == 0:
                 self._draw()
             if frame in self._fault_frames:
-                self._apply_faults(frame * FRAME_US)
+                self._apply_faults(frame)
             has = live(world, brain, noise, self._received)
             ekf.step(frame + 1, has)
             self._frame = frame + 1
@@ -167,23 +176,27 @@ class Vehicle:
             if self.config.noise or name == "gust":
                 generator.standard_normal(out=self._noise[name][0])
 
-    def _apply_faults(self, time_us: int) -> None:
-        """Make the world what the faults that are active make of it."""
-        config, plant = self.config, self._world["plant"][0]
-        wind = np.array(config.wind_ned_mps)
-        mean_mps = math.hypot(wind[0], wind[1])
-        downwind = wind / mean_mps if mean_mps > 0.0 else np.array([0.0, 1.0, 0.0])
-        plant["thrust_n_per_radps2"] = config.airframe.rotors.thrust_n_per_radps2
-        self._received = True
-        for fault in (fault for fault in config.faults if fault.active(time_us)):
-            match fault:
-                case GpsLoss():
-                    self._received = False
-                case MotorLoss():
-                    plant["thrust_n_per_radps2"][fault.motor - 1] *= fault.thrust_left
-                case WindStep():
-                    wind += fault.speed_mps * downwind
-        self._world["air"]["mean_wind_ned_mps"] = wind
+    def inject(self, fault: Fault) -> None:
+        """Have that go wrong too: from its start, or from the next frame if that has passed."""
+        begun = max(fault.start_us, self.time_us)
+        self._set_faults((*self.faults, replace(fault, start_us=begun)))
+
+    def heal(self, kind: type[Fault]) -> None:
+        """End all faults of that kind with the next frame, and forget those to come."""
+        self._set_faults(tuple(fault for fault in self.faults if not isinstance(fault, kind)))
+        self._fault_frames.add(self._frame)
+
+    def _set_faults(self, faults: tuple[Fault, ...]) -> None:
+        self.faults = faults
+        times_us = {us for fault in faults for us in (fault.start_us, fault.end_us) if us is not None}
+        self._fault_frames = {0} | {_frame_at(us) for us in times_us}
+
+    def _apply_faults(self, frame: int) -> None:
+        """Make the world what the faults that are active in this frame make of it."""
+        config, time_us = self.config, frame * FRAME_US
+        active = [fault for fault in self.faults if fault.active(time_us)]
+        self._received = afflict(self._world, config.airframe, config.wind_ned_mps, active)
+        discharge(self._world, [fault for fault in active if _frame_at(fault.start_us) == frame])
 
     @property
     def truth(self) -> TruthState:
@@ -228,7 +241,7 @@ class Vehicle:
         if taken < 0 or not self._sensed["fix_valid"][taken % 16]:
             return None
         lat, lon, alt, *velocity = self._sensed["fix"][taken % 16].tolist()
-        receiver = RECEIVERS[self.config.gps]
+        receiver = self._receiver
         return GpsSample(
             (taken + 1) * FRAME_US,
             GeoPoint(lat, lon, alt),
@@ -292,6 +305,7 @@ class Vehicle:
         return VehicleState(
             self._params,
             self._demand,
+            self.faults,
             tuple(array.copy() for array in self._arrays()),
             tuple(generator.bit_generator.state for generator in self._generators),
         )
@@ -307,4 +321,5 @@ class Vehicle:
         self._believed = None
         self._ekf.resume()
         self._frame = int(self._nav["frame"])
-        self._apply_faults(self._frame * FRAME_US)
+        self._set_faults(state.faults)
+        self._apply_faults(self._frame)

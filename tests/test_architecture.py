@@ -33,7 +33,7 @@ SITL = """
 __main__ pytest_plugin
 simulator
 vehicle
-loop
+trouble loop
 link autopilot estimator physics
 faults params
 airframe

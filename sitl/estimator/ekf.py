@@ -37,6 +37,8 @@ _RESET_AFTER = 10
 _DEAD_RECKONING_FRAMES = 500  # PX4's EKF2_NOAID_TOUT, 5 s
 _BARO_BIAS_TIME_S = 30.0
 _FIX_S = 0.1
+_TURN_TIME_S = 3.0
+"""A turn takes about this long: over it an error of scale is no noise but adds up."""
 _FIX_H = np.eye(6, STATES)
 _BARO_H = -np.eye(1, STATES, 2)
 
@@ -45,6 +47,7 @@ BOOK = np.dtype(
         ("origin", "f8", 3),  # lat_deg, lon_deg, alt_amsl_m
         ("baro_bias_m", "f8"),
         ("baro_alt_m", "f8"),
+        ("heights", "i8"),  # from which the barometer's offset was learnt
         ("rejected", "i8"),  # fixes in a row
         ("fix_frame", "i8"),  # of the last fix that was used
         ("aligning", "i8"),  # frames that were averaged
@@ -81,6 +84,7 @@ class Ekf:
         densities = s.accel_noise_mps2_rthz, s.gyro_noise_radps_rthz
         walks = s.accel_walk_mps3_rthz, s.gyro_walk_radps2_rthz
         noise = process_noise(*densities, *walks, PREDICT_S)
+        nav["scale_noise_s"] = s.gyro_scale**2 * _TURN_TIME_S
         noise[:3] = 2.0 * self.wander_variance_m2 / receiver.wander_time_s * PREDICT_S
         self.filter = StockFilter(nav, noise) if stock else KernelFilter(nav, noise)
         self._senses, self._offset = senses, origin_offset_ned_m
@@ -126,7 +130,8 @@ class Ekf:
                 self._reset_to(z)
                 book["rejected"], book["fix_frame"] = 0, frame
         # The barometer's offset is learnt from fixes, never from the filter, which would confirm itself.
-        share = _FIX_S / _BARO_BIAS_TIME_S
+        book["heights"] += 1
+        share = max(1.0 / book["heights"], _FIX_S / _BARO_BIAS_TIME_S)
         book["baro_bias_m"] += share * (book["baro_alt_m"] - (alt - z[2]) - book["baro_bias_m"])
 
     def _fuse_baro(self, slot: int) -> None:

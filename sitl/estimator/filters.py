@@ -138,13 +138,15 @@ class StockFilter(ExtendedKalmanFilter):  # type: ignore[misc]
     def __init__(self, nav: np.ndarray, noise: FloatArray) -> None:
         super().__init__(dim_x=STATES, dim_z=6)
         self.x = np.zeros(STATES)
-        self.Q = np.diag(noise)
+        self._noise = noise
         self._nav = nav
 
     def predict(self, u: float = 0) -> None:
         """P at the end of the horizon's frame."""
         nav = self._nav[0]
         self.F = transition(nav["mean_q"], nav["mean_force"], nav["mean_rate"], PREDICT_S)
+        self.Q = np.diag(self._noise)
+        self.Q[range(6, 9), range(6, 9)] += nav["scale_noise_s"] * nav["mean_rate"] ** 2 * PREDICT_S
         super().predict()
 
     def fuse(self, z: FloatArray, expected: FloatArray, H: FloatArray, R: FloatArray, gate: float) -> bool:

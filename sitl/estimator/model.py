@@ -22,6 +22,7 @@ __all__ = [
     "HORIZON_FRAMES",
     "IMU_S",
     "NAV",
+    "OUTPUT_S",
     "PREDICT_S",
     "RING",
     "STATES",
@@ -43,6 +44,8 @@ STATES = 15
 IMU_S = 0.005
 PREDICT_S = 0.01
 HORIZON_FRAMES = 12
+OUTPUT_S = (HORIZON_FRAMES - 1) * PREDICT_S
+"""How far the output lies ahead of the horizon."""
 RING = 16
 HAS_FIX, HAS_BARO, HAS_MAG = 1, 2, 4
 
@@ -61,6 +64,7 @@ NAV = np.dtype(
         ("frame", "i8"),
         ("mean_force", "f8", 3),  # bias-free, over the horizon's frame: what the error model is taken at
         ("mean_rate", "f8", 3),
+        ("scale_noise_s", "f8"),  # attitude noise density by the rate squared: the gyro's scale is not exact
         ("mean_q", "f8", 4),
         ("imu", "f8", (RING, 2, 6)),
         ("fix", "f8", (RING, 6)),
@@ -103,7 +107,7 @@ def propagate(p: FloatArray, v: FloatArray, q: FloatArray, force: Triple, rate: 
 def report(navs: np.ndarray, P: FloatArray, wander_variance_m2: FloatArray, told: FloatArray) -> None:
     """Fill `told` with what an Estimate says.
 
-    Position, velocity, q, rate, acceleration, gyro and accelerometer bias; then NED variances of position,
+    Position's variance is carried from the horizon to the output. Position, velocity, q, rate, acceleration, gyro and accelerometer bias; then NED variances of position,
     velocity and attitude.
     """
     nav = navs[0]
@@ -116,7 +120,8 @@ def report(navs: np.ndarray, P: FloatArray, wander_variance_m2: FloatArray, told
     told[19:22] = nav.accel_bias
     r = matrix(nav.out_q_ned_frd)
     for i in range(3):
-        told[22 + i] = P[i, i] + wander_variance_m2[i]
+        told[22 + i] = P[i, i] + OUTPUT_S * (2.0 * P[i, 3 + i] + OUTPUT_S * P[3 + i, 3 + i])
+        told[22 + i] += wander_variance_m2[i]
         told[25 + i] = P[3 + i, 3 + i]
         told[28 + i] = 0.0
         for j in range(3):
@@ -227,7 +232,10 @@ def _sweep(P: FloatArray, out: FloatArray, a: tuple, r: tuple, t: tuple, dt: flo
 def predict_covariance(
     P: FloatArray, work: FloatArray, navs: np.ndarray, noise: FloatArray, dt: float
 ) -> None:
-    """P := F P Fᵀ + diag(noise) at the horizon's frame, in place, exactly symmetric; `work` is (15, 15)."""
+    """P := F P Fᵀ + diag(noise) at the horizon's frame, in place, exactly symmetric; `work` is (15, 15).
+
+    A turn adds what the gyro's error of scale may have turned too far.
+    """
     nav = navs[0]
     q, f, w = nav.mean_q, nav.mean_force, nav.mean_rate
     a, r, t = _blocks((q[0], q[1], q[2], q[3]), (f[0], f[1], f[2]), (w[0], w[1], w[2]), dt)
@@ -237,6 +245,8 @@ def predict_covariance(
         P[i, i] += noise[i]
         for j in range(i):
             P[i, j] = P[j, i]
+    for i in range(3):
+        P[6 + i, 6 + i] += nav.scale_noise_s * w[i] * w[i] * dt
 
 
 def process_noise(

@@ -1,7 +1,9 @@
 """The body: six degrees of freedom, four lagging rotors, drag against the air, feet on the ground.
 
-Rotor i pulls with k ω² along -z, drags with c ω v across its shaft and twists with ±κ times its thrust; the
-airframe drags with ½ ρ A |v| v on each axis. Integrated by the classic Runge–Kutta method; the rotors'
+Rotor i pulls with k ω² along -z, drags with c ω v across its shaft and twists with ±κ k ω²; the airframe
+drags with ½ ρ A |v| v on each axis. At a height z over the ground a rotor of radius R pulls 1 / (1 - (R/4z)²)
+as much (Cheeseman and Bennett, "The effect of the ground on a helicopter rotor in forward flight", ARC R&M
+3021, 1957, in hover; theirs is at equal power, taken here at equal rotor speed). Integrated by the classic Runge–Kutta method; the rotors'
 first-order lag, which nothing feeds back into, is taken exactly.
 """
 
@@ -17,7 +19,7 @@ from sitl.kernels import FloatArray, Quaternion, Triple, kernel
 from sitl.physics.ground import ground_holds, ground_load
 from sitl.rotation import multiply, normalized, rotate, unrotate
 
-__all__ = ["BODY", "PLANT", "STEP_S", "new_body", "new_plant", "step"]
+__all__ = ["BODY", "PLANT", "STEP_S", "cushion", "new_body", "new_plant", "step"]
 
 STEP_S = 0.0025
 
@@ -41,6 +43,8 @@ PLANT = np.dtype(
         ("drag_ns2pm2", "f8", 3),
         ("rotor_frd_m", "f8", (4, 3)),
         ("spin", "f8", 4),
+        ("rotor_radius_m", "f8"),
+        ("cushion", "f8", 4),  # each rotor's gain of thrust by the ground
         ("thrust_n_per_radps2", "f8", 4),
         ("torque_per_thrust_m", "f8"),
         ("rotor_drag_n_per_radps_mps", "f8"),
@@ -59,6 +63,7 @@ PLANT = np.dtype(
 
 AIR_DENSITY_KGPM3 = 1.225
 _FOOT_DAMPING_RATIO = 0.7
+_CUSHION_RADII = 10.0  # higher up the ground adds less than 1/1600
 _GRIP_PER_S = 20.0  # a sliding foot's viscous limit: stiff, yet slow enough for the step
 
 
@@ -71,6 +76,7 @@ def new_plant(airframe: Airframe, ground_down_m: float) -> np.ndarray:
     p["inertia_kgm2"] = body.inertia_kgm2
     p["drag_ns2pm2"] = 0.5 * AIR_DENSITY_KGPM3 * body.drag_area_m2
     p["rotor_frd_m"] = rotors.position_frd_m
+    p["rotor_radius_m"], p["cushion"] = rotors.radius_m, 1.0
     p["spin"] = rotors.spin
     p["thrust_n_per_radps2"] = rotors.thrust_n_per_radps2
     p["torque_per_thrust_m"] = rotors.torque_per_thrust_m
@@ -107,7 +113,8 @@ def _air_load(velocity: Triple, q: Quaternion, rotor: Quaternion, plant: np.reco
     fz = -plant.drag_ns2pm2[2] * speed * vz
     tx = ty = tz = 0.0
     for i in range(4):
-        thrust = plant.thrust_n_per_radps2[i] * rotor[i] * rotor[i]
+        shaft = plant.thrust_n_per_radps2[i] * rotor[i] * rotor[i]
+        thrust = plant.cushion[i] * shaft
         drag = plant.rotor_drag_n_per_radps_mps * rotor[i]
         x, y, z = plant.rotor_frd_m[i, 0], plant.rotor_frd_m[i, 1], plant.rotor_frd_m[i, 2]
         dx, dy = -drag * vx, -drag * vy
@@ -116,8 +123,23 @@ def _air_load(velocity: Triple, q: Quaternion, rotor: Quaternion, plant: np.reco
         fz -= thrust
         tx += -y * thrust - z * dy
         ty += x * thrust + z * dx
-        tz += x * dy - y * dx + plant.spin[i] * plant.torque_per_thrust_m * thrust
+        tz += x * dy - y * dx + plant.spin[i] * plant.torque_per_thrust_m * shaft
     return (fx, fy, fz), (tx, ty, tz)
+
+
+@kernel
+def cushion(position: Triple, q: Quaternion, plant: np.record) -> None:
+    """Set `plant.cushion` for where the rotors are; a rotor lower than half its radius gains no more."""
+    radius = plant.rotor_radius_m
+    centre = plant.ground_down_m - position[2]
+    if centre > _CUSHION_RADII * radius + 1.0:
+        for i in range(4):
+            plant.cushion[i] = 1.0
+        return
+    for i in range(4):
+        rotor = (plant.rotor_frd_m[i, 0], plant.rotor_frd_m[i, 1], plant.rotor_frd_m[i, 2])
+        ratio = 0.25 * radius / max(centre - rotate(q, rotor)[2], 0.5 * radius)
+        plant.cushion[i] = 1.0 / (1.0 - ratio * ratio)
 
 
 @kernel
@@ -199,6 +221,7 @@ def step(body: np.record, plant: np.record, target_speed_radps: FloatArray) -> N
     p0, v0, w0 = (p[0], p[1], p[2]), (v[0], v[1], v[2]), (w[0], w[1], w[2])
     q0 = (q[0], q[1], q[2], q[3])
     near = p0[2] > plant.ground_down_m - 1.0
+    cushion(p0, q0, plant)
     if near and ground_holds(p0, v0, q0, w0, *_air_load(v0, q0, rotor1, plant), plant):
         # What stops it is felt: an accelerometer's integral has to stay the velocity.
         f = unrotate(q0, (-v0[0] / h, -v0[1] / h, -v0[2] / h - GRAVITY_MPS2))

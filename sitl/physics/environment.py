@@ -1,8 +1,10 @@
-"""The air that moves: a mean wind and Dryden's turbulence in its low-altitude form (MIL-F-8785C, 3.7.3).
+"""The air that moves: a mean wind that grows with height, and Dryden's turbulence (MIL-F-8785C, 3.7.3.4).
 
-Below 1000 ft, with height h in feet and the mean wind W at 20 ft: L_w = h and L_u = L_v = h / (0.177 +
-0.000823 h)^1.2, σ_w = 0.1 W, σ_u = σ_v = σ_w / (0.177 + 0.000823 h)^0.4. u lies along the mean wind, v
-across it. The forming filters run at the frame rate with exact poles; time scales are L over the airspeed.
+Below 1000 ft, with height h in feet and the mean wind W at 20 ft, the wind at h is W ln(h/z₀) / ln(20/z₀)
+with z₀ = 0.15 ft (Category C: take-off and landing, open ground; above 3 ft). L_w = h, L_u = L_v = h / (0.177
++ 0.000823 h)^1.2, σ_w = 0.1 W, σ_u = σ_v = σ_w / (0.177 + 0.000823 h)^0.4. u lies along the mean wind, v
+across it. With time T = L over the airspeed the spectra, one-sided in Hz, are 4 σ² T / (1 + ω²T²) for u and
+2 σ² T (1 + 3 ω²T²) / (1 + ω²T²)² for v and w. The forming filters run at the frame rate with exact poles.
 """
 
 from __future__ import annotations
@@ -13,13 +15,21 @@ import numpy as np
 
 from sitl.kernels import FloatArray, kernel
 
-__all__ = ["AIR", "GUST_NORMALS", "blow"]
+__all__ = ["AIR", "GUST_NORMALS", "blow", "shear"]
 
 AIR = np.dtype([("mean_wind_ned_mps", "f8", 3), ("gust_mps", "f8", 5), ("turbulent", "i8")])
-"""Mean wind, the forming filters' states (u; v twice; w twice), and whether gusts blow."""
+"""Mean wind at 20 ft, the forming filters' states (u; v twice; w twice), and whether gusts blow."""
 
 GUST_NORMALS = 3
 _FOOT_M = 0.3048
+_ROUGHNESS_FT = 0.15
+
+
+@kernel
+def shear(height_m: float) -> float:
+    """The mean wind at that height by the mean wind at 20 ft."""
+    feet = min(max(height_m / _FOOT_M, 3.0), 1000.0)
+    return math.log(feet / _ROUGHNESS_FT) / math.log(20.0 / _ROUGHNESS_FT)
 
 
 @kernel
@@ -43,9 +53,13 @@ def blow(
 ) -> None:
     """Put the wind of the next `dt_s` into `wind_ned_mps`."""
     mean = air.mean_wind_ned_mps
-    for i in range(3):
-        wind_ned_mps[i] = mean[i]
     speed = math.hypot(mean[0], mean[1])
+    if speed == 0.0 and mean[2] == 0.0:
+        wind_ned_mps[:] = 0.0
+        return
+    share = shear(height_m)
+    for i in range(3):
+        wind_ned_mps[i] = share * mean[i]
     if not air.turbulent or speed == 0.0:
         return
     feet = min(max(height_m / _FOOT_M, 10.0), 1000.0)
@@ -55,9 +69,9 @@ def blow(
     sigma_w = 0.1 * speed
     sigma_u = sigma_w / shape**0.4
     airspeed = math.sqrt(
-        (velocity_ned_mps[0] - mean[0]) ** 2
-        + (velocity_ned_mps[1] - mean[1]) ** 2
-        + (velocity_ned_mps[2] - mean[2]) ** 2
+        (velocity_ned_mps[0] - wind_ned_mps[0]) ** 2
+        + (velocity_ned_mps[1] - wind_ned_mps[1]) ** 2
+        + (velocity_ned_mps[2] - wind_ned_mps[2]) ** 2
     )
     reach = max(airspeed, 1.0) * dt_s
     decay_u, decay_w = math.exp(-reach / length_u), math.exp(-reach / length_w)
