@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from mavspiral.arrays import FloatArray
 from mavspiral.curve import Path
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import LEVEL, Leg
 from mavspiral.motion.turn import Gaze
-from mavspiral.transit import Look, transit_legs
+from mavspiral.transit import Look, Ways
 
 __all__ = ["Kind", "Pass", "Piece", "flown_in_order", "tour_of"]
 
@@ -89,16 +88,20 @@ def flown_in_order(pieces: Sequence[Piece], pace: Limits) -> tuple[Pass, ...]:
     )
 
 
-def tour_of(
-    passes: Sequence[Pass], way: Callable[[FloatArray, FloatArray], FloatArray], limits: Limits
-) -> tuple[Leg, ...]:
+def tour_of(passes: Sequence[Pass], ways: Ways) -> tuple[Leg, ...]:
     """The legs from the first pass's entry to the last one's exit: passes, and transits "transit-K-…" between them.
 
-    `way` gives the corners of a safe way from one place to another.
+    Raises:
+        LimitError: there is no safe way between two of them.
     """
     legs = [passes[0].leg]
     for number, (before, after) in enumerate(itertools.pairwise(passes), start=1):
-        corners = way(before.path(before.path.u_end_rad), after.path(0.0))
-        legs += transit_legs(corners, f"transit-{number}", before.exit, after.entry, limits)
+        legs += ways.legs(
+            before.path(before.path.u_end_rad),
+            after.path(0.0),
+            f"transit-{number}",
+            (before.exit, after.entry),
+            f"{before.name} and {after.name}",
+        )
         legs.append(after.leg)
     return tuple(legs)

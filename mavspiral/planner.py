@@ -8,15 +8,13 @@ from __future__ import annotations
 import math
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.brief import (
-    band_m,
     budget_of,
     camera_of,
     demand_of,
@@ -26,17 +24,16 @@ from mavspiral.brief import (
     pace_of,
     with_keepouts,
 )
-from mavspiral.curve.gaze import inward_gaze
-from mavspiral.curve.paper import PaperSpiral, plan_paper
-from mavspiral.curve.spiral import Spiral, plan_spiral
 from mavspiral.errors import LimitError
 from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.trajectory import Leg, Trajectory, TrajectoryState
 from mavspiral.obstacle import nearest_obstacle
-from mavspiral.passes import Pass, Piece, flown_in_order, tour_of
+from mavspiral.passes import Pass, flown_in_order, tour_of
+from mavspiral.pieces import pieces_of
+from mavspiral.route import TAKEOFF_M, route_of, ways_of
 from mavspiral.shape.heightmap import Site
-from mavspiral.shape.readers import SiteMap, read_site
+from mavspiral.shape.readers import read_site
 from mavspiral.survey.certificate import (
     STRAIGHT_ON,
     Certificate,
@@ -48,26 +45,16 @@ from mavspiral.survey.clearance import Clearance, measure_clearance, run_on_m
 from mavspiral.survey.coverage import Coverage, measure_coverage
 from mavspiral.survey.patches import patches_of
 from mavspiral.survey.shots import Shots, flown_shots, shots_of
-from mavspiral.survey.solids import Solids
 from mavspiral.survey.unseen import unseen_lines
-from mavspiral.transit import MARGIN_M, Look, judge_home, safe_way, transit_legs
+from mavspiral.transit import MARGIN_M, REACTION_S, Look
 
 __all__ = ["TAKEOFF_M", "Inspection", "plan"]
-
-TAKEOFF_M = 4.0
-"""The autopilot takes off to this height above home; there the trajectory begins and ends."""
-
-PAPER_TERMS = 12
-"""Harmonics of a ring in the paper's mode, unless [inspection] terms says otherwise."""
 
 GRID_S = 0.01
 """Limits are judged on this grid."""
 
 CLEARANCE_GRID_S = 0.2
 """Clearance is that of the straight ways between places this far apart: at 5 m/s and 2 m/s² within 1 cm of the curve."""
-
-REACTION_S = 1.0
-"""PX4 notices after COM_OF_LOSS_T = 1 s that setpoints have ceased, and flies on until then."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +82,8 @@ class Inspection:
             InputError: that home is in or at a wall.
             LimitError: no way from there to the first pass and back keeps the clearance.
         """
-        return _route(self.mission, self.site, self.tour, home_enu_m, self.clearance_required_m)
+        ways = ways_of(self.mission, self.site, self.clearance_required_m)
+        return route_of(self.site, self.tour, home_enu_m, ways)
 
     def flown_shots(
         self, route: Trajectory, path_t_s: FloatArray, position_enu_m: FloatArray, yaw_enu_rad: FloatArray
@@ -120,13 +108,11 @@ class Inspection:
         Raises:
             LimitError: there is no such way below the ceiling, or it is there already.
         """
-        solids = Solids.of_map(self.site.heights)
-        spare_m = float(solids.distance_m(start_enu_m[None, :])[0]) - MARGIN_M - 0.1
-        way = _way(
-            self.mission, self.site, solids, start_enu_m, end_enu_m, min(self.clearance_required_m, spare_m)
-        )
+        ways = ways_of(self.mission, self.site, self.clearance_required_m)
+        spare_m = float(ways.solids.distance_m(start_enu_m[None, :])[0]) - MARGIN_M - 0.1
+        ways = replace(ways, clearance_m=min(self.clearance_required_m, spare_m))
         look = Look(yaw_enu_rad)
-        legs = transit_legs(way, "home", look, look, limits_of(self.mission))
+        legs = ways.legs(start_enu_m, end_enu_m, "home", (look, look))
         if not legs:
             raise LimitError("it is above home already")
         return Trajectory(legs)
@@ -177,41 +163,16 @@ def plan(mission: Mission) -> Inspection:
 
     required_m = budget_of(mission).required_m(mission.limits.clearance_m)
     home = home_enu_m(mission, site, required_m)
-    bottom_m, top_m = band_m(mission, site, camera)
     pace = pace_of(mission, camera, limits)
-    corner_radius_m = pace.speed_mps**2 / pace.acceleration_mps2
-    asked = mission.inspection
-    rise_m = camera.rise_m(asked.standoff_m, asked.overlap)
-    spiral: Spiral | PaperSpiral
-    if asked.mode == "paper":
-        spiral = plan_paper(
-            site,
-            standoff_m=asked.standoff_m,
-            rise_m=rise_m,
-            bottom_m=bottom_m,
-            top_m=top_m,
-            terms=asked.terms or PAPER_TERMS,
-        )
-    else:
-        spiral = plan_spiral(
-            site,
-            standoff_m=asked.standoff_m,
-            rise_m=rise_m,
-            bottom_m=bottom_m,
-            top_m=top_m,
-            clearance_m=mission.limits.clearance_m,
-            corner_radius_m=corner_radius_m,
-            start_enu_m=home[:2],
-        )
+    found = pieces_of(mission, site, camera, pace, home, required_m)
     watch.lap("curve")
 
-    path = spiral.path
-    gaze = inward_gaze(path, smoothing_m=pace.speed_mps)
-    passes = flown_in_order([Piece("building", "spiral", path, gaze, path.rings, path.harmonics)], pace)
+    passes = flown_in_order(found.pieces, pace)
     watch.lap("timing")
 
-    tour = _tour(mission, site, passes, required_m)
-    trajectory = _route(mission, site, tour, home, required_m)
+    ways = ways_of(mission, site, required_m)
+    tour = tour_of(passes, ways)
+    trajectory = route_of(site, tour, home, ways)
     watch.lap("transits")
 
     with ThreadPoolExecutor(max_workers=1) as beside:  # both are kernels that run without the interpreter
@@ -249,7 +210,7 @@ def plan(mission: Mission) -> Inspection:
         shots,
         site,
         camera,
-        narrow_m=2 * (mission.inspection.standoff_m + corner_radius_m),
+        narrow_m=2 * (mission.inspection.standoff_m + pace.speed_mps**2 / pace.acceleration_mps2),
         roofs=mission.inspection.roof,
     )
     watch.lap("coverage")
@@ -265,58 +226,8 @@ def plan(mission: Mission) -> Inspection:
         certificate,
         shots,
         coverage,
-        (*_warnings(mission, site_map, spiral), *unseen),
+        (*mission.notices, *site_map.warnings, *found.told, *unseen),
         watch.laps_ms,
-    )
-
-
-def _tour(mission: Mission, site: Site, passes: tuple[Pass, ...], required_m: float) -> tuple[Leg, ...]:
-    """The passes and the ways between them."""
-    solids = Solids.of_map(site.heights)
-
-    def way(start_enu_m: FloatArray, end_enu_m: FloatArray) -> FloatArray:
-        return _way(mission, site, solids, start_enu_m, end_enu_m, required_m)
-
-    return tour_of(passes, way, limits_of(mission))
-
-
-def _route(
-    mission: Mission, site: Site, tour: tuple[Leg, ...], home_enu_m: FloatArray, required_m: float
-) -> Trajectory:
-    """Home, the way to the first pass, the tour, the way back: from 4 m above home and back to there."""
-    solids, limits = Solids.of_map(site.heights), limits_of(mission)
-    judge_home(site.heights, solids, home_enu_m, required_m)
-    standing_m = float(site.heights.sample(home_enu_m))
-    rise_m = max(TAKEOFF_M, required_m + 0.5 if standing_m > 0.5 else 0.0)
-    above_home_m = home_enu_m + np.array([0.0, 0.0, rise_m])
-
-    def way(start_enu_m: FloatArray, end_enu_m: FloatArray) -> FloatArray:
-        return _way(mission, site, solids, start_enu_m, end_enu_m, required_m)
-
-    first, last = tour[0], tour[-1]
-    entry, leaving = Look.at(first, 0.0), Look.at(last, last.path.u_end_rad)
-    approach = transit_legs(way(above_home_m, first.path(0.0)), "approach", entry, entry, limits)
-    back = transit_legs(way(last.path(last.path.u_end_rad), above_home_m), "return", leaving, leaving, limits)
-    return Trajectory((*approach, *tour, *back))
-
-
-def _way(
-    mission: Mission,
-    site: Site,
-    solids: Solids,
-    start_enu_m: FloatArray,
-    end_enu_m: FloatArray,
-    clearance_m: float,
-) -> FloatArray:
-    return safe_way(
-        solids,
-        site.heights.frame,
-        start_enu_m,
-        end_enu_m,
-        clearance_m=clearance_m,
-        ceiling_m=mission.limits.ceiling_m,
-        top_m=site.heights.top_m,
-        named=partial(nearest_obstacle, mission, site),
     )
 
 
@@ -353,18 +264,6 @@ def _failures(
             line += f", from {nearest_obstacle(mission, site, states.position_enu_m[row], sweep_m)}"
         told.append(line)
     return tuple(told)
-
-
-def _warnings(mission: Mission, site_map: SiteMap, spiral: Spiral | PaperSpiral) -> tuple[str, ...]:
-    if isinstance(spiral, PaperSpiral):
-        return (*mission.notices, *site_map.warnings, *spiral.notices)
-    left_out = [
-        f"left out: a part of the building {part.top_m:.1f} m high, east {part.bounds_enu_m[0]:.0f} to "
-        f"{part.bounds_enu_m[2]:.0f} m and north {part.bounds_enu_m[1]:.0f} to {part.bounds_enu_m[3]:.0f} m of the origin, "
-        f"is not flown around above {part.base_m:.1f} m"
-        for part in spiral.left_out
-    ]
-    return (*mission.notices, *site_map.warnings, *left_out)
 
 
 class _Watch:

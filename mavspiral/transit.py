@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from mavspiral.motion.turn import TurnGaze
 from mavspiral.shape.heightmap import HeightMap
 from mavspiral.survey.solids import Solids
 
-__all__ = ["MARGIN_M", "Look", "judge_home", "safe_way", "transit_legs"]
+__all__ = ["MARGIN_M", "REACTION_S", "Look", "Ways", "judge_home", "safe_way", "transit_legs"]
 
 STEP_M = 2.0
 MARGIN_M = 0.5
@@ -27,6 +28,11 @@ MARGIN_M = 0.5
 
 SHORTEST_M = 0.05
 TURNING_M = 1.0
+REACTION_S = 1.0
+"""PX4 notices after COM_OF_LOSS_T = 1 s that setpoints have ceased, and flies on until then."""
+STOPPING_MARGIN_M = 0.3
+BEYOND_SAMPLES = 32
+SLOWEST_MPS = 0.5
 
 
 class Look(NamedTuple):
@@ -41,6 +47,50 @@ class Look(NamedTuple):
         return cls(float(leg.gaze(u_rad)), float(leg.gimbal_pitch(u_rad)))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Ways:
+    """What every way through a site keeps: `clearance_m` from all that stands there, and below the ceiling.
+
+    A vehicle of `radius_m` whose setpoints cease comes to rest before it touches anything. `named` says what is
+    nearest to a place and the straight way from it over a sweep.
+    """
+
+    solids: Solids
+    frame: LocalFrame
+    top_m: float
+    limits: Limits
+    clearance_m: float
+    ceiling_m: float
+    radius_m: float
+    named: Callable[[FloatArray, FloatArray], str]
+
+    def legs(
+        self,
+        start_enu_m: FloatArray,
+        end_enu_m: FloatArray,
+        name: str,
+        looks: tuple[Look, Look],
+        between: str = "home and the spiral",
+    ) -> tuple[Leg, ...]:
+        """The legs of the shortest safe way, and nose and camera turned from the first look to the second.
+
+        Raises:
+            LimitError: there is no such way; `between` says between what.
+        """
+        way = safe_way(
+            self.solids,
+            self.frame,
+            start_enu_m,
+            end_enu_m,
+            clearance_m=self.clearance_m,
+            ceiling_m=self.ceiling_m,
+            top_m=self.top_m,
+            between=between,
+            named=self.named,
+        )
+        return transit_legs(way, name, *looks, self.limits, solids=self.solids, radius_m=self.radius_m)
+
+
 def safe_way(
     solids: Solids,
     frame: LocalFrame,
@@ -50,6 +100,7 @@ def safe_way(
     clearance_m: float,
     ceiling_m: float,
     top_m: float,
+    between: str,
     named: Callable[[FloatArray, FloatArray], str],
 ) -> FloatArray:
     """The corners `(k, 3)` of the lowest way that keeps the clearance everywhere.
@@ -72,13 +123,13 @@ def safe_way(
         sweeps = np.diff(way, axis=0)
         distance_m = solids.distance_m(way[:-1], sweeps)
         nearest = int(np.argmin(distance_m))
-        if distance_m[nearest] >= clearance_m + MARGIN_M:
+        if distance_m[nearest] >= clearance_m + MARGIN_M - 1e-9:  # the highest way keeps exactly that
             return way
         if distance_m[nearest] > best_m:
             best_m, best_at, best_sweep = float(distance_m[nearest]), way[nearest], sweeps[nearest]
     place = frame.geo_point(best_at)
     raise LimitError(
-        f"no way between home and the spiral keeps {clearance_m + MARGIN_M:.1f} m of clearance ({MARGIN_M:g} m of it for "
+        f"no way between {between} keeps {clearance_m + MARGIN_M:.1f} m of clearance ({MARGIN_M:g} m of it for "
         f"what flying leaves of a plan) below the ceiling of {ceiling_m:.0f} m: "
         f"the best comes within {best_m:.1f} m of {named(best_at, best_sweep)}, after lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, "
         f"{best_at[2]:.0f} m above ground. Fix: another [vehicle] home, a larger standoff_m, or a higher [limits] ceiling_m"
@@ -86,11 +137,19 @@ def safe_way(
 
 
 def transit_legs(
-    way_enu_m: FloatArray, name: str, before: Look, after: Look, limits: Limits
+    way_enu_m: FloatArray,
+    name: str,
+    before: Look,
+    after: Look,
+    limits: Limits,
+    *,
+    solids: Solids,
+    radius_m: float,
 ) -> tuple[Leg, ...]:
     """One leg from rest to rest for each side of the way, numbered from 1; nose and camera turn on the longest.
 
-    A way of no length that has to turn goes up and down again by `TURNING_M`.
+    A way of no length that has to turn goes up and down again by `TURNING_M`. A leg that ends before a wall is
+    flown so slowly that a vehicle of `radius_m` whose setpoints cease comes to rest before it.
     """
     if before != after and not _sides(way_enu_m):
         above_m = way_enu_m[0] + np.array([0.0, 0.0, TURNING_M])
@@ -103,8 +162,22 @@ def transit_legs(
         path = LinePath(start, end)
         gaze = TurnGaze(here.yaw_enu_rad, there.yaw_enu_rad)
         pitch = TurnGaze(here.gimbal_pitch_rad, there.gimbal_pitch_rad)
-        legs.append(Leg(f"{name}-{number + 1}", path, gaze, fastest_law(path, gaze, limits), pitch))
+        pace = _stopping_pace(solids, start, end, limits, radius_m)
+        legs.append(Leg(f"{name}-{number + 1}", path, gaze, fastest_law(path, gaze, pace), pitch))
     return tuple(legs)
+
+
+def _stopping_pace(
+    solids: Solids, start_m: FloatArray, end_m: FloatArray, limits: Limits, radius_m: float
+) -> Limits:
+    """The limits with a speed at which flying on for `REACTION_S` beyond the end touches nothing."""
+    ahead = (end_m - start_m) / np.linalg.norm(end_m - start_m)
+    beyond_m = np.linspace(0.0, limits.speed_mps * REACTION_S, BEYOND_SAMPLES)
+    near_m = solids.distance_m(end_m + beyond_m[:, None] * ahead) < radius_m + STOPPING_MARGIN_M
+    if not near_m.any():
+        return limits
+    slow_mps = max(SLOWEST_MPS, float(beyond_m[max(0, int(np.argmax(near_m)) - 1)]) / REACTION_S)
+    return replace(limits, speed_mps=min(slow_mps, limits.speed_mps))
 
 
 def _sides(way_enu_m: FloatArray) -> list[tuple[FloatArray, FloatArray]]:

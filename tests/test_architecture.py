@@ -16,8 +16,9 @@ deliver
 closedloop live
 flown
 show planner
+pieces route
 passes
-transit obstacle
+order transit obstacle
 brief
 export flight
 survey

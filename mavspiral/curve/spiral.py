@@ -20,9 +20,8 @@ from mavspiral.curve.fourier import ComplexArray, FourierCurve, harmonics_needed
 from mavspiral.curve.mixing import BASIS, DEGREE, mixed_series
 from mavspiral.curve.outlines import key_outlines
 from mavspiral.errors import InputError, LimitError
-from mavspiral.shape.heightmap import Site
-from mavspiral.shape.parts import LeftOut, main_part
-from mavspiral.shape.slicing import SolidDistance, solid_distance
+from mavspiral.shape.parts import Part
+from mavspiral.shape.slicing import SolidDistance
 
 __all__ = ["Spiral", "SpiralPath", "plan_spiral"]
 
@@ -94,15 +93,15 @@ class SpiralPath:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spiral:
-    """A planned spiral, the least distance to the building along it, and what it does not go around."""
+    """A planned spiral, and the least distance to the building along it."""
 
     path: SpiralPath
     clearance_min_m: float
-    left_out: tuple[LeftOut, ...]
 
 
 def plan_spiral(
-    site: Site,
+    solid: SolidDistance,
+    part: Part,
     *,
     standoff_m: float,
     rise_m: float,
@@ -113,14 +112,13 @@ def plan_spiral(
     start_enu_m: FloatArray = FAR_EAST,
     keys_per_turn: int = 8,
 ) -> Spiral:
-    """The spiral around the main part of the building, from `bottom_m` to `top_m`.
+    """The spiral around a part of the building, from `bottom_m` to `top_m`.
 
-    It climbs in as few turns as keep each at or below `rise_m`. Where the part ends below the rest of the
-    building, the spiral ends as far above the part's roof as `top_m` is above the building's. Neighbours are
-    not looked at.
+    It climbs in as few turns as keep each at or below `rise_m`. Neighbours are not looked at.
 
     Args:
-        site: the building.
+        solid: the distance to the building, on a grid that reaches 2·standoff_m + corner_radius_m beyond it.
+        part: the part.
         standoff_m: the distance to keep from walls and roofs; kept to within `TOLERANCE_M`.
         rise_m: the paper's Δh, the most that a turn may climb.
         bottom_m: the height of the level turn below.
@@ -131,7 +129,7 @@ def plan_spiral(
         keys_per_turn: outlines a turn where they change with height.
 
     Raises:
-        InputError: the numbers contradict each other, or nothing stands there.
+        InputError: the numbers contradict each other.
         LimitError: the curve cannot keep the clearance.
     """
     if not 0.0 < clearance_m <= standoff_m:
@@ -142,12 +140,8 @@ def plan_spiral(
         raise InputError(f"{rise_m=}, {corner_radius_m=}, {keys_per_turn=}: wanted > 0, >= 0 and >= 4")
     if top_m < bottom_m:
         raise InputError(f"top_m is {top_m}, below bottom_m = {bottom_m}")
-    solid = solid_distance(site, reach_m=2.0 * standoff_m + corner_radius_m)
-    part = main_part(solid, standoff_m=standoff_m)
     if bottom_m >= part.top_m + standoff_m:
         raise InputError(f"bottom_m is {bottom_m}, above everything: the roof is at {part.top_m:.1f} m")
-    ends_lower_m = float(solid.levels_m[-1]) - part.top_m
-    top_m = max(bottom_m, top_m - ends_lower_m)
     climb = Climb(bottom_m, top_m, int(np.ceil((top_m - bottom_m) / rise_m - 1e-9)))
     required_m = max(clearance_m, standoff_m - TOLERANCE_M)
     # A quartic B-spline mixes keys with a variance of 5/12 key², so outlines that slide by s from key to key
@@ -159,7 +153,7 @@ def plan_spiral(
         )
         nearest_m, at_rad = _nearest(solid, path)
         if nearest_m >= required_m:
-            return Spiral(path, nearest_m, part.left_out)
+            return Spiral(path, nearest_m)
         ring_m += 1.2 * (required_m - nearest_m) + 0.02
         step_m *= 0.75
     place = np.array2string(path(at_rad), precision=1)

@@ -60,6 +60,9 @@ def fastest_law(path: Path, gaze: Gaze, limits: Limits) -> TimeLaw:
     t_s = np.linspace(0.0, law.duration_s, fine_steps + 1)
     u, u1, u2, _ = law.derivatives(t_s)
     worst = float(kernels.demand(table, du, bounds, t_s[1], u, u1, u2).max())
+    # Between the rows of the table a gaze may bend more than at any of them.
+    bend = np.abs(gaze(u, 2) * u1**2 + gaze(u, 1) * u2).max()
+    worst = max(worst, float(bend) / limits.yaw_acceleration_radps2)
     return law.stretched(max(1.0, worst) * MARGIN)
 
 

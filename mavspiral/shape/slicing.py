@@ -49,13 +49,15 @@ class SolidDistance:
     """Distance to a building: `solid(position_enu_m)`.
 
     `plan_m[j, r, c]` is the distance in plan from the south-west corner of cell `[r, c]` to the nearest cell
-    that reaches `levels_m[j]`. Levels ascend.
+    that reaches `levels_m[j]`. Levels ascend. Heights above a roof count `roof_ratio` times: with the stand-off
+    over a smaller distance, the surface at the stand-off comes as near as that to roofs, but not to walls.
     """
 
     levels_m: FloatArray
     plan_m: NDArray[np.float32]
     cell_m: float
     origin_enu_m: FloatArray
+    roof_ratio: float = 1.0
 
     def __call__(self, position_enu_m: ArrayLike) -> FloatArray:
         """The distance `(…)` of each position `(…, 3)`, a thousandth of a cell too much at the worst.
@@ -65,7 +67,9 @@ class SolidDistance:
         """
         position = np.asarray(position_enu_m, dtype=np.float64)
         flat = np.ascontiguousarray(position.reshape(-1, 3))
-        distance: FloatArray = _distance(flat, self.levels_m, self.plan_m, self.cell_m, self.origin_enu_m)
+        distance: FloatArray = _distance(
+            flat, self.levels_m, self.plan_m, self.cell_m, self.origin_enu_m, self.roof_ratio
+        )
         return distance.reshape(position.shape[:-1])
 
     def slice(self, height_m: float, distance_m: float, corner_radius_m: float = 0.0) -> Slice:
@@ -74,7 +78,7 @@ class SolidDistance:
         Just below the height at which a roof drops out, its slice has nearly the roof's own sharp corners;
         with a `corner_radius_m` it keeps that radius until then, which is farther from the roof than need be.
         """
-        drop = np.maximum(0.0, height_m - self.levels_m)
+        drop = self.roof_ratio * np.maximum(0.0, height_m - self.levels_m)
         near = np.flatnonzero(drop < distance_m)
         # Of the levels at or above the height, the lowest holds all the others.
         reaching = near[drop[near] == 0.0]
@@ -123,7 +127,12 @@ def solid_distance(site: Site, *, reach_m: float) -> SolidDistance:
 
 @njit(cache=True)
 def _distance(
-    position: FloatArray, levels: FloatArray, plan: NDArray[np.float32], cell: float, origin: FloatArray
+    position: FloatArray,
+    levels: FloatArray,
+    plan: NDArray[np.float32],
+    cell: float,
+    origin: FloatArray,
+    ratio: float,
 ) -> FloatArray:
     """D of the module's first equation at positions `(M, 3)`.
 
@@ -139,7 +148,7 @@ def _distance(
         s, t = x - c, y - r
         best = np.inf
         for j in range(levels.size):
-            drop = max(0.0, position[i, 2] - levels[j])
+            drop = ratio * max(0.0, position[i, 2] - levels[j])
             if drop * drop < best:
                 south = (1.0 - s) * plan[j, r, c] + s * plan[j, r, c + 1]
                 north = (1.0 - s) * plan[j, r + 1, c] + s * plan[j, r + 1, c + 1]

@@ -10,7 +10,7 @@ from mavspiral.curve.spiral import plan_spiral
 from mavspiral.frames import GeoPoint, LocalFrame
 from mavspiral.shape.contour import ring
 from mavspiral.shape.heightmap import HeightMap, Site
-from mavspiral.shape.parts import main_part
+from mavspiral.shape.parts import parts_of
 from mavspiral.shape.slicing import solid_distance
 
 BUILDINGS = {
@@ -54,14 +54,14 @@ def main():
     for name, boxes in BUILDINGS.items():
         site, top_m = site_of(boxes), float(max(box[4] for box in boxes))
         solid = solid_distance(site, reach_m=27.0)
-        part, cut = main_part(solid, standoff_m=12.0), solid.slice(5.0, 12.0)
-
-        plan = partial(plan_spiral, site, top_m=top_m - 1.0, **NUMBERS)
+        parts = partial(parts_of, solid, standoff_m=12.0, worth=lambda base_m, top_m: False)
+        (part,), cut = parts(), solid.slice(5.0, 12.0)
+        plan = partial(plan_spiral, solid, part, top_m=top_m - 1.0, **NUMBERS)
         planned = plan()
         u = np.linspace(0.0, planned.path.u_end_rad, 20_000)
         work = [
             partial(solid_distance, site, reach_m=27.0),
-            partial(main_part, solid, standoff_m=12.0),
+            parts,
             partial(ring, solid, cut, anchor_enu_m=part.anchor_enu_m, corner_radius_m=3.0),
             plan,
             partial(inward_gaze, planned.path, smoothing_m=4.0),

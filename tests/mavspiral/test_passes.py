@@ -2,28 +2,36 @@ import numpy as np
 import pytest
 
 from mavspiral.curve.line import LinePath
+from mavspiral.errors import LimitError
+from mavspiral.frames import GeoPoint, LocalFrame
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.motion.turn import TurnGaze
 from mavspiral.passes import Piece, flown_in_order, tour_of
+from mavspiral.survey.solids import Solids
+from mavspiral.transit import Ways
 
 LIMITS = Limits(5.0, 2.0, 1.5, 2.0, 4.0, 0.8, 1.0)
-CLIMBING_OVER = np.array([0.0, 0.0, 12.0])
+FRAME = LocalFrame(GeoPoint(40.05, -1.93, 1000.0))
 
 
 def piece(name, start, end, yaw, pitch=0.0):
     return Piece(name, "spiral", LinePath(start, end), TurnGaze(yaw, yaw), 1, 2, TurnGaze(pitch, pitch))
 
 
-def over(start, end):
-    return np.array([start, start + CLIMBING_OVER, end + CLIMBING_OVER, end])
+def ways(wall_m=0.0):
+    """Over a field 100 m wide with a wall across it, 40 m east."""
+    heights = np.zeros((60, 100))
+    heights[:, 40] = wall_m
+    solids = Solids.of(heights, 1.0, (0.0, -30.0))
+    return Ways(solids, FRAME, wall_m, LIMITS, clearance_m=3.0, ceiling_m=60.0, radius_m=0.4)
 
 
 def test_a_lone_pass_is_the_inspection():
     (alone,) = flown_in_order([piece("building", (0, 0, 5), (20, 0, 5), 0.3)], LIMITS)
     assert alone.leg.name == "inspection"
     assert alone.length_m == pytest.approx(20.0)
-    assert tour_of([alone], over, LIMITS) == (alone.leg,)
+    assert tour_of([alone], ways()) == (alone.leg,)
 
 
 def test_several_passes_are_joined_and_nose_and_camera_turn_on_the_way():
@@ -34,7 +42,7 @@ def test_several_passes_are_joined_and_nose_and_camera_turn_on_the_way():
         ],
         LIMITS,
     )
-    tour = tour_of(passes, over, LIMITS)
+    tour = tour_of(passes, ways(wall_m=12.0))
     assert [leg.name for leg in tour] == [
         "inspection-tower-1",
         *("transit-1-1", "transit-1-2", "transit-1-3"),
@@ -44,6 +52,8 @@ def test_several_passes_are_joined_and_nose_and_camera_turn_on_the_way():
     states = flight.sampled(0.01)
     assert np.abs(np.diff(states.gimbal_pitch_rad)).max() < 0.01
     assert np.abs(states.yaw_rate_enu_radps).max() <= LIMITS.yaw_rate_radps * 1.0001
+    crossing = states.position_enu_m[np.abs(states.position_enu_m[:, 0] - 40.5) < 3.0]
+    assert 15.5 <= crossing[:, 2].min() < 17.6
     turning = ~flight.on("inspection", states.t_s)
     assert np.ptp(states.gimbal_pitch_rad[~turning]) == pytest.approx(0.7)
     assert flight(flight.span_s("transit-1-2")[0]).gimbal_pitch_rad == 0.0
@@ -54,6 +64,28 @@ def test_passes_that_touch_turn_above_the_place():
     passes = flown_in_order(
         [piece("a", (0, 0, 5), (20, 0, 5), 0.3), piece("b", (20, 0, 5), (40, 0, 5), 2.3)], LIMITS
     )
-    tour = tour_of(passes, lambda start, end: np.array([start, end]), LIMITS)
+    tour = tour_of(passes, ways())
     assert [leg.name for leg in tour] == ["inspection-a", "transit-1-1", "transit-1-2", "inspection-b"]
     assert Trajectory(tour).sampled(0.05).position_enu_m[:, 2].max() == pytest.approx(6.0, abs=1e-3)
+
+
+def test_a_leg_that_ends_before_a_wall_is_slow_enough_to_stop():
+    (before, after) = flown_in_order(
+        [piece("a", (0, 0, 5), (10, 0, 5), 0.3), piece("b", (36, 0, 5), (36, 9, 5), 0.3)], LIMITS
+    )
+
+    def overshoot_m(towards):
+        states = Trajectory(tour_of([before, after], towards)).sampled(0.01)
+        speed = states.velocity_enu_mps[:, 0]
+        return (states.position_enu_m[:, 0] + speed * 1.0 + speed**2 / 4.0).max() - 36.0
+
+    assert overshoot_m(ways()) > 3.4
+    assert overshoot_m(ways(wall_m=12.0)) < 3.2
+
+
+def test_two_passes_that_no_way_joins_are_named():
+    passes = flown_in_order(
+        [piece("tower 1", (0, 0, 5), (10, 0, 5), 0.3), piece("tower 2", (60, 0, 5), (70, 0, 5), 0.3)], LIMITS
+    )
+    with pytest.raises(LimitError, match="no way between tower 1 and tower 2 keeps"):
+        tour_of(passes, ways(wall_m=58.0))

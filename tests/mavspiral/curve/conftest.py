@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from numba import njit
 
+from mavspiral.curve.spiral import Spiral, plan_spiral
 from mavspiral.frames import GeoPoint, LocalFrame
 from mavspiral.shape.heightmap import HeightMap, Site
+from mavspiral.shape.parts import parts_of
+from mavspiral.shape.slicing import solid_distance
 
 FRAME = LocalFrame(GeoPoint(19.4339, -99.1406, 2240.0))
 
@@ -87,6 +90,21 @@ def box_distance(site: Site, points) -> np.ndarray:
     west, south = site.heights.origin_enu_m
     _box_distance(points, west, south, site.heights.cell_m, site.building_height_m, out)
     return out
+
+
+def spiral_round(site: Site, **numbers) -> Spiral:
+    """The spiral around the largest part, up to as far above its roof as `top_m` is above the building's."""
+    reach_m = 2.0 * numbers["standoff_m"] + numbers["corner_radius_m"]
+    solid = solid_distance(site, reach_m=reach_m)
+    (part,) = parts_of(solid, standoff_m=numbers["standoff_m"], worth=lambda base_m, top_m: False)
+    lower_m = float(solid.levels_m[-1]) - part.top_m
+    top_m = max(numbers["bottom_m"], numbers["top_m"] - lower_m) if lower_m > 0.0 else numbers["top_m"]
+    return plan_spiral(solid, part, **{**numbers, "top_m": top_m})
+
+
+@pytest.fixture(name="spiral_round")
+def spiral_round_fixture() -> Callable[..., Spiral]:
+    return spiral_round
 
 
 @pytest.fixture(name="blocks")

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from mavspiral.curve.gaze import YawSpline, inward_gaze
-from mavspiral.curve.spiral import plan_spiral
 
 NUMBERS = {
     "standoff_m": 8.0,
@@ -15,8 +14,8 @@ NUMBERS = {
 COURT = [(0, 0, 60, 12, 20), (0, 0, 12, 40, 20), (48, 0, 60, 40, 20)]
 
 
-def test_along_a_wall_the_nose_points_at_it(blocks):
-    path = plan_spiral(blocks((10, 20, 50, 40, 20)), **NUMBERS).path
+def test_along_a_wall_the_nose_points_at_it(blocks, spiral_round):
+    path = spiral_round(blocks((10, 20, 50, 40, 20)), **NUMBERS).path
     gaze = inward_gaze(path, smoothing_m=3.0)
     u = np.linspace(0.0, path.u_end_rad, 2000)
     x, y, _ = path(u).T
@@ -27,8 +26,8 @@ def test_along_a_wall_the_nose_points_at_it(blocks):
 
 
 @pytest.mark.parametrize("boxes", [COURT, [(10, 20, 50, 40, 20)]])
-def test_a_turn_of_the_path_is_a_turn_of_the_nose(boxes, blocks):
-    path = plan_spiral(blocks(*boxes), **NUMBERS).path
+def test_a_turn_of_the_path_is_a_turn_of_the_nose(boxes, blocks, spiral_round):
+    path = spiral_round(blocks(*boxes), **NUMBERS).path
     gaze = inward_gaze(path, smoothing_m=4.0)
     u = np.linspace(0.0, path.u_end_rad - 2.0 * np.pi, 3000)
     np.testing.assert_allclose(gaze(u + 2.0 * np.pi) - gaze(u), 2.0 * np.pi, atol=0.02)
@@ -36,8 +35,8 @@ def test_a_turn_of_the_path_is_a_turn_of_the_nose(boxes, blocks):
     assert 0.0 <= gaze(0.0) < 2.0 * np.pi
 
 
-def test_smoothing_bounds_the_yaw_rate(blocks):
-    path = plan_spiral(blocks(*COURT), **NUMBERS).path
+def test_smoothing_bounds_the_yaw_rate(blocks, spiral_round):
+    path = spiral_round(blocks(*COURT), **NUMBERS).path
     u = np.linspace(0.0, path.u_end_rad, 8000)
     speed = np.linalg.norm(path(u, 1), axis=1)
     rates = [np.abs(inward_gaze(path, smoothing_m=s)(u, 1) / speed).max() for s in (1.0, 4.0, 8.0)]
@@ -45,8 +44,8 @@ def test_smoothing_bounds_the_yaw_rate(blocks):
     assert rates[1] < np.pi / 4.0
 
 
-def test_derivatives_are_derivatives_and_do_not_jump(blocks):
-    path = plan_spiral(blocks(*COURT), **NUMBERS).path
+def test_derivatives_are_derivatives_and_do_not_jump(blocks, spiral_round):
+    path = spiral_round(blocks(*COURT), **NUMBERS).path
     gaze = inward_gaze(path, smoothing_m=4.0)
     u = np.linspace(0.001, path.u_end_rad - 0.001, 3001)
     h = 1e-6

@@ -1,0 +1,54 @@
+"""The flight from home round the passes and back, and what all its ways keep."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from mavspiral.arrays import FloatArray
+from mavspiral.brief import limits_of
+from mavspiral.mission import Mission
+from mavspiral.motion.trajectory import Leg, Trajectory
+from mavspiral.obstacle import nearest_obstacle
+from mavspiral.shape.heightmap import Site
+from mavspiral.survey.solids import Solids
+from mavspiral.transit import Look, Ways, judge_home
+
+__all__ = ["TAKEOFF_M", "route_of", "ways_of"]
+
+TAKEOFF_M = 4.0
+"""The autopilot takes off to this height above home; there the trajectory begins and ends."""
+
+
+def ways_of(mission: Mission, site: Site, clearance_m: float) -> Ways:
+    """The ways of a mission that keep `clearance_m`."""
+    heights = site.heights
+    return Ways(
+        Solids.of_map(heights),
+        heights.frame,
+        heights.top_m,
+        limits_of(mission),
+        clearance_m,
+        mission.limits.ceiling_m,
+        mission.vehicle.radius_m,
+        partial(nearest_obstacle, mission, site),
+    )
+
+
+def route_of(site: Site, tour: tuple[Leg, ...], home_enu_m: FloatArray, ways: Ways) -> Trajectory:
+    """Home, the way to the first pass, the tour, the way back: from 4 m above home and back to there.
+
+    Raises:
+        InputError: home is in or at a wall.
+        LimitError: no way from there to the first pass and back keeps the clearance.
+    """
+    judge_home(site.heights, ways.solids, home_enu_m, ways.clearance_m)
+    standing_m = float(site.heights.sample(home_enu_m))
+    rise_m = max(TAKEOFF_M, ways.clearance_m + 0.5 if standing_m > 0.5 else 0.0)
+    above_home_m = home_enu_m + np.array([0.0, 0.0, rise_m])
+    first, last = tour[0], tour[-1]
+    entry, leaving = Look.at(first, 0.0), Look.at(last, last.path.u_end_rad)
+    approach = ways.legs(above_home_m, first.path(0.0), "approach", (entry, entry))
+    back = ways.legs(last.path(last.path.u_end_rad), above_home_m, "return", (leaving, leaving))
+    return Trajectory((*approach, *tour, *back))

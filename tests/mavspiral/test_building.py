@@ -1,0 +1,115 @@
+"""Whole buildings at random: every part is flown, and the slow truth about distances agrees."""
+
+import numpy as np
+import pytest
+from numba import njit
+
+from mavspiral import load_mission, plan
+
+MISSION = """
+schema = 1
+name = "random"
+[building]
+map = "random.npz"
+cell_m = {cell_m}
+map_error_m = 0.3
+[camera]
+focal_length_mm = 8.8
+sensor_mm = [13.2, 8.8]
+min_interval_s = 0.7
+[inspection]
+standoff_m = {standoff_m}
+{inspection}
+[limits]
+speed_mps = {speed_mps}
+clearance_m = {clearance_m}
+ceiling_m = 150
+[vehicle]
+endurance_s = 20000
+"""
+
+
+@njit
+def _nearest(points, west, south, cell, heights, reach):
+    """Box by box, nothing clever; distances beyond `reach` are `reach`."""
+    out = np.full(points.shape[0], reach)
+    cells = int(reach / cell) + 2
+    for i in range(points.shape[0]):
+        row, col = int((points[i, 1] - south) // cell), int((points[i, 0] - west) // cell)
+        best = reach * reach
+        for r in range(max(0, row - cells), min(heights.shape[0], row + cells + 1)):
+            for c in range(max(0, col - cells), min(heights.shape[1], col + cells + 1)):
+                if heights[r, c] <= 0.0:
+                    continue
+                x, y = west + c * cell, south + r * cell
+                dx = max(0.0, x - points[i, 0], points[i, 0] - x - cell)
+                dy = max(0.0, y - points[i, 1], points[i, 1] - y - cell)
+                dz = max(0.0, points[i, 2] - heights[r, c])
+                best = min(best, dx * dx + dy * dy + dz * dz)
+        out[i] = np.sqrt(best)
+    return out
+
+
+def nearest_m(site, points, reach_m):
+    heights = site.heights
+    west, south = heights.origin_enu_m
+    return _nearest(np.ascontiguousarray(points), west, south, heights.cell_m, heights.height_agl_m, reach_m)
+
+
+def towers(rng):
+    """A podium, or several blocks, with towers far enough apart for spirals of their own, and roof steps."""
+    cell_m = float(rng.choice([0.5, 1.0]))
+    x, y = np.meshgrid(*[(np.arange(int(110 / cell_m)) + 0.5) * cell_m - 55.0] * 2)
+    angle = rng.choice([0.0, rng.uniform(0.0, np.pi / 2)])
+    u, v = np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
+    heights = np.zeros_like(x)
+    podium_m = rng.uniform(4.0, 12.0)
+    if rng.uniform() < 0.7:
+        heights[(abs(u) < rng.uniform(30, 38)) & (abs(v) < rng.uniform(12, 30))] = podium_m
+    for side in rng.permutation([-1.0, 0.0, 1.0])[: rng.integers(2, 4)]:
+        east, north = side * rng.uniform(26, 30), rng.uniform(-6, 6)
+        half = rng.uniform(2.0, 6.0, 2)
+        heights[(abs(u - east) < half[0]) & (abs(v - north) < half[1])] = rng.uniform(10.0, 45.0)
+        heights[(abs(u - east) < half[0] / 2) & (abs(v - north) < half[1] / 2)] = rng.uniform(10.0, 60.0)
+    return heights, cell_m
+
+
+@pytest.fixture
+def planned_at_random(tmp_path):
+    def make(seed, inspection=""):
+        rng = np.random.default_rng(seed)
+        heights, cell_m = towers(rng)
+        np.savez(
+            tmp_path / "random.npz",
+            height_agl_m=heights.astype(np.float32),
+            cell_m=cell_m,
+            origin=[40.05, -1.93],
+        )
+        standoff_m = float(rng.uniform(5.0, 9.0))
+        clearance_m = float(rng.uniform(2.0, 3.5))
+        text = MISSION.format(
+            cell_m=cell_m,
+            standoff_m=standoff_m,
+            clearance_m=clearance_m,
+            speed_mps=float(rng.uniform(2.0, 6.0)),
+            inspection=inspection,
+        )
+        (tmp_path / "random.toml").write_text(text)
+        return plan(load_mission(tmp_path / "random.toml"))
+
+    return make
+
+
+@pytest.mark.parametrize("seed", [0, 2, 4, 7, 12, 17, 25, 54])
+def test_every_part_is_flown_and_nothing_comes_closer_than_it_may(seed, planned_at_random):
+    inspection = planned_at_random(seed)
+    required_m, trajectory = inspection.clearance_required_m, inspection.trajectory
+    states = trajectory.sampled(0.1)
+    assert nearest_m(inspection.site, states.position_enu_m, 1.5 * required_m).min() >= required_m - 1e-6
+    steps_m = np.linalg.norm(np.diff(trajectory.sampled(0.01).position_enu_m, axis=0), axis=1)
+    assert steps_m.max() <= 0.01 * inspection.mission.limits.speed_mps * 1.0001
+    assert len(inspection.passes) >= 2
+    assert len({part.name for part in inspection.passes}) == len(inspection.passes)
+    assert trajectory.on("inspection", inspection.shots.t_s).all()
+    assert inspection.coverage.walls > 0.88
+    assert all(figure.ok for figure in inspection.certificate.figures)
