@@ -31,7 +31,7 @@ from mavspiral.motion.trajectory import Leg, Trajectory, TrajectoryState
 from mavspiral.obstacle import nearest_obstacle
 from mavspiral.passes import Pass, flown_in_order, tour_of
 from mavspiral.pieces import pieces_of
-from mavspiral.route import TAKEOFF_M, route_of, ways_of
+from mavspiral.route import route_of, ways_of
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.readers import read_site
 from mavspiral.survey.certificate import (
@@ -48,7 +48,7 @@ from mavspiral.survey.shots import Shots, flown_shots, shots_of
 from mavspiral.survey.unseen import unseen_lines
 from mavspiral.transit import MARGIN_M, REACTION_S, Look
 
-__all__ = ["TAKEOFF_M", "Inspection", "plan"]
+__all__ = ["Inspection", "plan"]
 
 GRID_S = 0.01
 """Limits are judged on this grid."""

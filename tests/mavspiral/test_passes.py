@@ -24,7 +24,7 @@ def ways(wall_m=0.0):
     heights = np.zeros((60, 100))
     heights[:, 40] = wall_m
     solids = Solids.of(heights, 1.0, (0.0, -30.0))
-    return Ways(solids, FRAME, wall_m, LIMITS, clearance_m=3.0, ceiling_m=60.0, radius_m=0.4)
+    return Ways(solids, FRAME, wall_m, LIMITS, 3.0, 60.0, radius_m=0.4, named=lambda place, sweep: "a wall")
 
 
 def test_a_lone_pass_is_the_inspection():
