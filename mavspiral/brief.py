@@ -56,6 +56,7 @@ def map_request(mission: Mission) -> MapRequest:
         units=b.units,
         up=b.up,
         heading_deg=b.heading_deg,
+        crs=b.crs,
     )
 
 

@@ -32,6 +32,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
+UsageError: Any = typer.BadParameter.__base__
+"""Of click, whether typer imports it or brings its own."""
+
 MissionFile = Annotated[Path, typer.Argument(help="The mission file (TOML).", show_default=False)]
 Out = Annotated[Path | None, typer.Option("--out", help="The folder for the files; by default out/NAME.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
@@ -40,7 +43,19 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and no
 def main() -> None:
     """Runs the verb of the command line; errors are one line each, and their exit codes."""
     try:
-        app()
+        code = app(sys.argv[1:] or ["--help"], prog_name="mavspiral", standalone_mode=False)
+        sys.exit(code if isinstance(code, int) else 0)
+    except UsageError as error:
+        verb = f"mavspiral {error.ctx.info_name}" if error.ctx and error.ctx.parent else "mavspiral"
+        message = " ".join(error.format_message().split()).rstrip(".")
+        print(
+            f"{verb}: {message[:1].lower()}{message[1:]}. Fix: {verb} --help lists what it takes",
+            file=sys.stderr,
+        )
+        sys.exit(2)
+    except typer.Abort as error:
+        print("mavspiral: stopped", file=sys.stderr)
+        sys.exit(130 if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt) else 1)
     except MavspiralError as error:
         print(f"mavspiral: {error}", file=sys.stderr)
         sys.exit(error.exit_code)

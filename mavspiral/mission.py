@@ -52,6 +52,7 @@ class Building(_Table):
     units: Literal["m", "mm", "ft"] | None = None
     up: Literal["z", "y"] | None = None
     heading_deg: Annotated[float, Field(ge=-360, le=360)] | None = None
+    crs: Annotated[str, Field(pattern=r"^[A-Za-z]{2,10}:[0-9]{1,9}$")] | None = None
 
 
 class Camera(_Table):
@@ -194,6 +195,10 @@ class Mission(_Table):
     def notices(self) -> tuple[str, ...]:
         """What the mission asks for that this version does not do, in words."""
         asked = []
+        if "cell_m" in self.building.model_fields_set and self.building.map.lower().endswith(".npz"):
+            asked.append(
+                f"[building] cell_m = {self.building.cell_m:g} means nothing to a .npz map, which has cells of its own"
+            )
         if self.inspection.roof:
             asked.append("[inspection] roof = true: roofs are not planned yet, only the walls are flown")
         if self.inspection.courtyards:

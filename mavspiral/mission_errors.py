@@ -98,6 +98,7 @@ _EXAMPLES = {
     "units": 'units = "m" (of a mesh)',
     "up": 'up = "z" (of a mesh)',
     "heading_deg": "heading_deg = 30 (clockwise from north)",
+    "crs": 'crs = "EPSG:32614" (of a map that does not name its own)',
     "camera": "[camera] focal_length_mm = 8.8 and sensor_mm = [13.2, 8.8]",
     "focal_length_mm": "focal_length_mm = 8.8",
     "sensor_mm": "sensor_mm = [13.2, 8.8] (width, height)",

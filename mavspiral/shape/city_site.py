@@ -12,7 +12,7 @@ from mavspiral.errors import InputError
 from mavspiral.frames import GeoPoint, LocalFrame
 from mavspiral.shape.choice import choose, near, stand_in_height_m
 from mavspiral.shape.cityjson import CityBuilding, CityMap, Indices
-from mavspiral.shape.crs import read_crs
+from mavspiral.shape.crs import map_crs
 from mavspiral.shape.datum import datum_of
 from mavspiral.shape.geojson import Feature
 from mavspiral.shape.heightmap import HeightMap, Site
@@ -35,7 +35,9 @@ def site_from_city(request: MapRequest, city: CityMap) -> SiteMap:
     Raises:
         InputError: it is not there, has no heights, crosses itself, or stands on another ground than the mission's.
     """
-    crs = read_crs(request.path, city.crs)
+    crs = map_crs(
+        request, city.crs, "state metadata.referenceSystem, e.g. with cjio IN crs_assign 7415 save OUT"
+    )
     if crs.geographic:
         raise InputError(
             f"{request.path}: its heights stand on degrees ({crs.name}). Fix: reproject it, e.g. to its UTM zone"

@@ -41,9 +41,9 @@ class CityBuilding:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CityMap:
-    """All objects, their common corners `(n, 3)` in the file's own axes, and which axes these are."""
+    """All objects, their common corners `(n, 3)` in the file's own axes, and which axes these are, if it says so."""
 
-    crs: str
+    crs: str | None
     corners: FloatArray
     buildings: tuple[CityBuilding, ...]
 
@@ -86,19 +86,14 @@ def city_map(path: Path, documents: list[Any]) -> CityMap:
         raise InputError(
             f"{path}: it holds no building with a geometry. Fix: export its Building objects too"
         )
-    return CityMap(_crs(path, head), np.concatenate(corners), tuple(b for b in buildings if b.faces))
+    return CityMap(_crs(head), np.concatenate(corners), tuple(b for b in buildings if b.faces))
 
 
-def _crs(path: Path, head: dict[str, Any]) -> str:
+def _crs(head: dict[str, Any]) -> str | None:
     metadata = head.get("metadata")
     text = metadata.get("referenceSystem") if isinstance(metadata, dict) else None
     found = _EPSG.search(str(text).rstrip("/"))
-    if text is None or found is None:
-        raise InputError(
-            f"{path}: its metadata.referenceSystem is {str(text)[:80]}. "
-            "Fix: state it, e.g. with cjio IN crs_assign 7415 save OUT"
-        )
-    return f"EPSG:{found[1]}"
+    return None if text is None or found is None else f"EPSG:{found[1]}"
 
 
 def _transform(path: Path, head: dict[str, Any]) -> tuple[FloatArray, FloatArray]:

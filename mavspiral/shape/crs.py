@@ -7,7 +7,7 @@ it is fitted, not assumed).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.frames import LocalFrame
-from mavspiral.shape.site_map import need
+from mavspiral.shape.site_map import MapRequest, need
 
-__all__ = ["MapCrs", "PlanMap", "read_crs"]
+__all__ = ["MapCrs", "PlanMap", "map_crs", "read_crs"]
 
 FIT_ERROR_M = 0.02
 
@@ -94,6 +94,24 @@ def read_crs(path: Path, text: Any, extra: str = "geo") -> MapCrs:
     if not vertical and abs(plan_unit_m - 1.0) > 1e-9:
         warnings = (f"{name} counts in {axes[0].unit_name}: heights are taken to be in the same unit",)
     return MapCrs(path, name, geographic, height_unit_m, to_degrees, warnings)
+
+
+def map_crs(request: MapRequest, own: Any, how_to_state: str, extra: str = "geo") -> MapCrs:
+    """The system that the file itself names, `own`; where that is None, the mission's [building] crs.
+
+    Raises:
+        InputError: there is neither, or `read_crs` does not know it.
+    """
+    if own is None and request.crs is None:
+        raise InputError(
+            f"{request.path}: it has no coordinate reference system. "
+            f'Fix: [building] crs = "EPSG:32614" with the one that it is in, or {how_to_state}'
+        )
+    crs = read_crs(request.path, request.crs if own is None else own, extra)
+    if own is None or request.crs is None:
+        return crs
+    unused = f"[building] crs = {request.crs} is not used: the map itself says {crs.name}"
+    return replace(crs, warnings=(*crs.warnings, unused))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,7 +16,7 @@ from numba import njit
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
-from mavspiral.shape.crs import MapCrs, read_crs
+from mavspiral.shape.crs import MapCrs, map_crs
 from mavspiral.shape.site_map import MapRequest, SiteMap, need
 from mavspiral.shape.survey_grid import plane_through, rim_plane, site_from_survey
 from mavspiral.shape.window import Window, window_of
@@ -70,7 +70,7 @@ def _read(request: MapRequest, grid: Window | None) -> tuple[FloatArray, Window,
             rasterio.Env(GDAL_CACHEMAX=64, GDAL_PAM_ENABLED="NO", CPL_DEBUG=False),
             rasterio.open(path, driver="GTiff") as dataset,
         ):
-            crs = _judged(path, dataset)
+            crs = _judged(request, dataset)
             return _heights(request, dataset, crs, grid)
     except InputError:
         raise
@@ -80,8 +80,9 @@ def _read(request: MapRequest, grid: Window | None) -> tuple[FloatArray, Window,
         ) from None
 
 
-def _judged(path: Path, dataset: Any) -> MapCrs:
+def _judged(request: MapRequest, dataset: Any) -> MapCrs:
     """The map's CRS, after what the header declares was judged."""
+    path = request.path
     if dataset.count < 1 or np.dtype(dataset.dtypes[0]).kind not in "fiu":
         raise InputError(
             f"{path}: it has no band of real numbers. Fix: give a surface model, heights in band 1"
@@ -96,17 +97,14 @@ def _judged(path: Path, dataset: Any) -> MapCrs:
         raise InputError(
             f"{path}: its blocks of {cols} × {rows} pixels are too large to read. Fix: gdal_translate -co TILED=YES"
         )
-    if dataset.crs is None:
-        raise InputError(
-            f"{path}: it has no coordinate reference system. Fix: gdal_edit.py -a_srs EPSG:… with the one it is in"
-        )
     terms = tuple(dataset.transform)[:6]
     a, b, _, d, e, _ = terms
     if not all(math.isfinite(v) for v in terms) or a * e - b * d == 0 or dataset.transform.is_identity:
         raise InputError(
             f"{path}: it does not say where its pixels lie. Fix: georeference it (gdal_edit.py -a_ullr)"
         )
-    return read_crs(path, dataset.crs.to_wkt())
+    own = None if dataset.crs is None else dataset.crs.to_wkt()
+    return map_crs(request, own, "gdal_edit.py -a_srs EPSG:… in the file")
 
 
 def _heights(

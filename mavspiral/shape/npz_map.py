@@ -43,6 +43,8 @@ def site_from_npz(request: MapRequest) -> SiteMap:
                     f"{path}: has no {missing[0]!r}. "
                     "Fix: a height map holds height_agl_m (rows, cols), cell_m and origin = [lat, lon]"
                 )
+            others = sorted(name.removesuffix(".npy") for name in archive.namelist())
+            others = [name for name in others if name not in KEYS]
             origin, cell = (_array(request, archive, key) for key in ("origin", "cell_m"))
             if cell.size == 1 and CELL_MIN_M <= float(cell.flat[0]) <= CELL_MAX_M:
                 cell_m = float(cell.flat[0])
@@ -76,7 +78,16 @@ def site_from_npz(request: MapRequest) -> SiteMap:
     corner = LocalFrame(GeoPoint(float(origin[0]), float(origin[1]), request.ground_amsl_m))
     nothing = f"nothing in it is higher than {BUILDING_MIN_M} m. Fix: heights are metres above ground"
     building = component_at(request, height > BUILDING_MIN_M, cell_m, corner, np.zeros(2), nothing)
-    return SiteMap(site_about(request, height, building, cell_m, corner, np.zeros(2)), path.stem, ())
+    site = site_about(request, height, building, cell_m, corner, np.zeros(2))
+    return SiteMap(site, path.stem, (_ignored(request, others),) if others else ())
+
+
+def _ignored(request: MapRequest, others: list[str]) -> str:
+    shown = ", ".join(repr(name[:40]) for name in others[:5]) + (" …" if len(others) > 5 else "")
+    return (
+        f"{request.path}: ignored {shown}: a height map is {', '.join(KEYS)} and nothing else; "
+        "the ground's height above the sea is [building] ground_amsl_m"
+    )
 
 
 def _array(request: MapRequest, archive: zipfile.ZipFile, key: str) -> FloatArray:

@@ -17,7 +17,7 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
-from mavspiral.shape.crs import MapCrs, read_crs
+from mavspiral.shape.crs import MapCrs, map_crs
 from mavspiral.shape.las_claims import judge_chunks, judge_header
 from mavspiral.shape.site_map import MapRequest, SiteMap, need
 from mavspiral.shape.survey_grid import close_pinholes, plane_through, rim_plane, site_from_survey
@@ -54,7 +54,12 @@ def site_from_points(request: MapRequest) -> SiteMap:
     try:
         with laspy.open(path, laz_backend=laspy.LazBackend.Lazrs, read_evlrs=True) as reader:
             judge_chunks(path, reader.header)
-            crs = _crs(path, reader.header)
+            crs = map_crs(
+                request,
+                reader.header.parse_crs(),
+                "write it into the file, e.g. las2las -epsg 32614",
+                "cloud",
+            )
             window = _window(request, reader.header, crs)
             surfaces = _surfaces(request, reader, window, crs.height_unit_m)
     except InputError:
@@ -107,15 +112,6 @@ def _judge_density(request: MapRequest, hit: np.ndarray, points: int) -> None:
             f"{request.path}: its points are {spacing_m:.2f} m apart, cells of {request.cell_m:g} m would leave holes. "
             f"Fix: set [building] cell_m = {math.ceil(1.75 * spacing_m * 20) / 20:g}"
         )
-
-
-def _crs(path: Path, header: Any) -> MapCrs:
-    crs = header.parse_crs()
-    if crs is None:
-        raise InputError(
-            f"{path}: it has no coordinate reference system. Fix: write it into the file, e.g. las2las -epsg 32614"
-        )
-    return read_crs(path, crs, "cloud")
 
 
 def _window(request: MapRequest, header: Any, crs: MapCrs) -> Window:

@@ -52,7 +52,7 @@ def read_site(request: MapRequest) -> SiteMap:
             f"{request.path}: a {kind or 'nameless'} map cannot be read. Fix: give one of {known}"
         )
     reader, keys = FORMATS[kind]
-    for key in ("id", "dtm", "units", "up", "heading_deg"):
+    for key in ("id", "dtm", "units", "up", "heading_deg", "crs"):
         if getattr(request, key) is not None and key not in keys:
             takers = " ".join(k for k, (_, taken) in FORMATS.items() if key in taken)
             raise InputError(
@@ -76,6 +76,10 @@ def _from_json(request: MapRequest) -> SiteMap:
     document = read_json(request.path)
     if is_cityjson(document):
         return site_from_city(request, city_map(request.path, [document]))
+    if request.crs is not None:
+        raise InputError(
+            f"{request.path}: [building] crs means nothing to GeoJSON, which is in degrees. Fix: leave it out"
+        )
     return site_from_footprints(request, features_of(request.path, document))
 
 
@@ -92,15 +96,15 @@ def _one_line(text: str) -> str:
 MESH_KEYS = ("units", "up", "heading_deg")
 FORMATS: dict[str, tuple[Reader, tuple[str, ...]]] = {
     ".geojson": (_from_json, ("id",)),
-    ".json": (_from_json, ("id",)),
-    ".jsonl": (_from_json_lines, ("id",)),
+    ".json": (_from_json, ("id", "crs")),
+    ".jsonl": (_from_json_lines, ("id", "crs")),
     ".npz": (site_from_npz, ()),
-    ".tif": (site_from_geotiff, ("dtm",)),
-    ".tiff": (site_from_geotiff, ("dtm",)),
+    ".tif": (site_from_geotiff, ("dtm", "crs")),
+    ".tiff": (site_from_geotiff, ("dtm", "crs")),
     ".stl": (site_from_mesh, MESH_KEYS),
     ".obj": (site_from_mesh, MESH_KEYS),
     ".ply": (site_from_mesh, MESH_KEYS),
-    ".las": (site_from_points, ()),
-    ".laz": (site_from_points, ()),
+    ".las": (site_from_points, ("crs",)),
+    ".laz": (site_from_points, ("crs",)),
 }
 """Each suffix: its reader, and the keys of [building] that only some readers take."""

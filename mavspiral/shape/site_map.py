@@ -42,6 +42,7 @@ class MapRequest:
     units: Literal["m", "mm", "ft"] | None = None
     up: Literal["z", "y"] | None = None
     heading_deg: float | None = None
+    crs: str | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -140,6 +140,33 @@ def test_bad_input_exits_2_with_one_line(tmp_path, old, new, words):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("plan", "mavspiral plan: missing argument 'mission'"),
+        ("plan missions/kiosk.toml --bogus", "no such option: --bogus"),
+        ("plan missions/kiosk.toml another", "another"),
+        ("simulate missions/kiosk.toml --wind abc", "'--wind'"),
+        ("simulate missions/kiosk.toml --wind 99", "30"),
+        ("fly missions/kiosk.toml", "'--connect'"),
+        ("nosuch", "mavspiral: no such command 'nosuch'"),
+    ],
+)
+def test_a_wrong_command_line_exits_2_with_one_line(line, words):
+    answer = run(*line.split())
+    assert answer.returncode == 2
+    (told,) = answer.stderr.strip().splitlines()
+    assert words in told
+    assert "--help" in told
+    assert answer.stdout == ""
+
+
+def test_a_bare_call_shows_the_verbs():
+    answer = run()
+    assert answer.returncode == 0
+    assert all(verb in answer.stdout for verb in ("plan", "simulate", "fly"))
+
+
 def test_a_mission_that_the_vehicle_refuses_before_arming_says_why(tmp_path):
     """The bundled PX4 descends at 1.5 m/s at the most (MPC_Z_VEL_MAX_DN)."""
     path = changed(tmp_path, "descent_mps = 1.5", "descent_mps = 4.0", mission="torre")

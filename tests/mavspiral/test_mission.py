@@ -85,3 +85,10 @@ def test_a_missing_file_and_a_folder(tmp_path):
 def test_what_is_asked_and_not_done_is_said(tmp_path):
     mission = load_mission(write(tmp_path, GOOD.replace("standoff_m", "roof = true\nstandoff_m")))
     assert any("roof" in notice for notice in mission.notices)
+
+
+def test_a_cell_size_beside_an_npz_map_is_said_to_mean_nothing(tmp_path):
+    text = GOOD.replace('map = "map.geojson"', 'map = "map.npz"\ncell_m = 0.5')
+    (notice,) = load_mission(write(tmp_path, text)).notices
+    assert "cell_m = 0.5 means nothing to a .npz map" in notice
+    assert load_mission(write(tmp_path, text.replace("cell_m = 0.5", ""))).notices == ()

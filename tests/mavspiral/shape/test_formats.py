@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
+from mavspiral.errors import InputError
 from mavspiral.shape.readers import MapRequest, read_site
 
 CELL_M = 0.5
@@ -84,6 +87,53 @@ def test_a_geotiff_in_degrees_and_one_of_metre_pixels(tmp_path, stepped):
     judge(read(degrees, stepped), stepped, 1.5 * CELL_M + 0.3, 0.2)
     coarse = stepped.geotiff(tmp_path, pixel_m=1.0)
     judge(read(coarse, stepped), stepped, 1.5 * CELL_M + 1.0, 0.71)
+
+
+@pytest.mark.parametrize(
+    ("write", "module", "reach_m", "missing_m"),
+    [
+        ("cityjson", "pyproj", 1.5 * CELL_M, 0.0),
+        ("geotiff", "rasterio", 1.5 * CELL_M + 0.25, 0.18),
+        ("las", "laspy", 1.5 * CELL_M, 0.35),
+    ],
+)
+def test_a_map_that_lacks_its_system_takes_the_missions(tmp_path, stepped, write, module, reach_m, missing_m):
+    pytest.importorskip(module, reason="the extra is not installed")
+    path = without_crs(write, tmp_path, stepped)
+    with pytest.raises(InputError, match=r"no coordinate reference system.*\[building\] crs"):
+        read(path, stepped)
+    answer = read(path, stepped, crs="EPSG:32614")
+    judge(answer, stepped, reach_m, missing_m)
+    assert not any("crs" in warning for warning in answer.warnings)
+    both = read(getattr(stepped, write)(tmp_path), stepped, crs="EPSG:3857")
+    judge(both, stepped, reach_m, missing_m)
+    assert any("crs = EPSG:3857 is not used" in warning for warning in both.warnings)
+
+
+def without_crs(write, folder, stepped):
+    """The same map, but it does not name its coordinate reference system."""
+    if write == "las":
+        return stepped.las(folder, name="nocrs.las", crs=None)
+    path = getattr(stepped, write)(folder)
+    if write == "cityjson":
+        document = json.loads(path.read_text())
+        del document["metadata"]
+        path = folder / "nocrs.city.json"
+        path.write_text(json.dumps(document))
+        return path
+    rasterio = pytest.importorskip("rasterio", reason="the extra geo is not installed")
+    with rasterio.open(path) as source:
+        profile, band = source.profile, source.read()
+    profile.pop("crs")
+    path = folder / "nocrs.tif"
+    with rasterio.open(path, "w", **profile) as out:
+        out.write(band)
+    return path
+
+
+def test_geojson_has_one_system_and_takes_no_other(tmp_path, stepped):
+    with pytest.raises(InputError, match="crs means nothing to"):
+        read(stepped.geojson(tmp_path), stepped, crs="EPSG:32614")
 
 
 def test_a_sloping_site_needs_its_terrain_or_its_rim(tmp_path, stepped):

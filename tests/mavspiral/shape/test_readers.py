@@ -203,6 +203,12 @@ def test_npz_rows_start_in_the_south_and_columns_in_the_west(tmp_path):
     assert site.building.sum() == 400
 
 
+def test_npz_says_what_of_it_is_ignored(tmp_path):
+    assert read(npz(tmp_path)).warnings == ()
+    (told,) = read(npz(tmp_path, crs="EPSG:32614", id=np.array(7))).warnings
+    assert "ignored 'crs', 'id'" in told
+
+
 def test_refusals_of_grids(tmp_path):
     holed = np.zeros((6, 6))
     holed[2, 3] = np.nan
