@@ -61,8 +61,8 @@ def fastest_law(path: Path, gaze: Gaze, limits: Limits) -> TimeLaw:
     u, u1, u2, _ = law.derivatives(t_s)
     worst = float(kernels.demand(table, du, bounds, t_s[1], u, u1, u2).max())
     # Between the rows of the table a gaze may bend more than at any of them.
-    bend = np.abs(gaze(u, 2) * u1**2 + gaze(u, 1) * u2).max()
-    worst = max(worst, float(bend) / limits.yaw_acceleration_radps2)
+    _, turn, bend = gaze.jet(u)
+    worst = max(worst, float(np.abs(bend * u1**2 + turn * u2).max()) / limits.yaw_acceleration_radps2)
     return law.stretched(max(1.0, worst) * MARGIN)
 
 
