@@ -27,8 +27,8 @@ FORMATS = {
     "STL": ("stl", {}, MESH),
     "OBJ": ("obj", {}, MESH),
     "PLY": ("ply", {}, MESH),
-    "LAS": ("las", {}, {}),
-    "LAZ": ("las", {"name": "stepped.laz"}, {}),
+    "LAS": ("las", {"spacing_m": 0.1}, {}),
+    "LAZ": ("las", {"name": "stepped.laz", "spacing_m": 0.1}, {}),
 }
 
 
