@@ -138,7 +138,7 @@ class Inspection:
             "yaw_rate_max_dps": round(math.degrees(figures["yaw rate"].worst), 4),
             "clearance_min_m": round(figures["clearance"].worst, 3),
             "clearance_required_m": round(self.clearance_required_m, 3),
-            "clearance_budget": budget_of(self.mission).summary(),
+            "clearance_budget": budget_of(self.mission).summary(self.mission.limits.clearance_m),
             "photos": len(self.shots),
             "sorties": None,
             "coverage": self.coverage.summary(),

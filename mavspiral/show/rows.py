@@ -6,7 +6,6 @@ from typing import Any
 
 from mavspiral.brief import budget_of
 from mavspiral.mission import Mission
-from mavspiral.survey.clearance import ClearanceBudget
 
 __all__ = ["flight_rows", "live_rows", "plan_rows"]
 
@@ -27,7 +26,7 @@ def plan_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("jerk, at most", f"{s['jerk_max_mps3']:.2f} m/s³", ""),
         ("yaw rate, at most", f"{s['yaw_rate_max_dps']:.1f} °/s", ""),
         ("clearance, at least", f"{s['clearance_min_m']:.2f} m", f"≥ {s['clearance_required_m']:.2f} m"),
-        _budget(ClearanceBudget(**{k: v for k, v in s["clearance_budget"].items() if k != "total_m"})),
+        _budget(s["clearance_budget"]),
         ("photos", f"{s['photos']}", ""),
         ("walls seen", _share(s["coverage"]["walls"]), ""),
         *_roof(s),
@@ -52,7 +51,7 @@ def flight_rows(s: dict[str, Any], mission: Mission) -> list[tuple[str, str, str
         ("tracking, worst", _metres(s["tracking"]["max_m"]), asked(accept.tracking_max_m, "≤", "m")),
         ("estimator, RMS", _metres(s["estimator"]["rms_m"]), ""),
         ("clearance, least", _metres(s["clearance_min_m"]), asked(accept.clearance_min_m, "≥", "m")),
-        _budget(budget_of(mission)),
+        _budget(budget_of(mission).summary(mission.limits.clearance_m)),
         (
             "walls seen",
             _share(s["coverage"]["walls"]),
@@ -78,8 +77,14 @@ def live_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
     ]
 
 
-def _budget(budget: ClearanceBudget) -> tuple[str, str, str]:
-    return ("clearance budget", f"{budget.total_m:.2f} m", f"= {budget}")
+def _budget(b: dict[str, float]) -> tuple[str, str, str]:
+    """What is required of the clearance: the larger of what was asked for and the sum of what may go wrong."""
+    terms = (
+        f"vehicle {b['vehicle_radius_m']:.2f} m + 3·√(map {b['map_sigma_m']:.2f}² + "
+        f"navigation {b['navigation_sigma_m']:.2f}² + tracking {b['tracking_sigma_m']:.2f}²)"
+    )
+    why = f"the larger of {b['asked_m']:.2f} m asked for and {b['total_m']:.2f} m = {terms}"
+    return "clearance required", f"{b['required_m']:.2f} m", why
 
 
 def _roof(s: dict[str, Any]) -> list[tuple[str, str, str]]:

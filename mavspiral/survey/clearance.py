@@ -42,17 +42,15 @@ class ClearanceBudget:
         sigma_m = math.hypot(self.map_sigma_m, self.navigation_sigma_m, self.tracking_sigma_m)
         return self.vehicle_radius_m + 3 * sigma_m
 
-    def __str__(self) -> str:
-        """The sum with each term in its place."""
-        return (
-            f"vehicle {self.vehicle_radius_m:.2f} m + 3·√(map {self.map_sigma_m:.2f}² + "
-            f"navigation {self.navigation_sigma_m:.2f}² + tracking {self.tracking_sigma_m:.2f}²)"
-        )
-
-    def summary(self) -> dict[str, float]:
-        """The terms and their sum as `--json` has them."""
-        terms = {term.name: round(getattr(self, term.name), 3) for term in fields(self)}
-        return {**terms, "total_m": round(self.total_m, 3)}
+    def summary(self, clearance_m: float) -> dict[str, float]:
+        """The terms, their sum, what was asked for and what is required, as `--json` has them."""
+        values = {term.name: getattr(self, term.name) for term in fields(self)}
+        values |= {
+            "total_m": self.total_m,
+            "asked_m": clearance_m,
+            "required_m": self.required_m(clearance_m),
+        }
+        return {name: round(value, 3) for name, value in values.items()}
 
     def required_m(self, clearance_m: float) -> float:
         """The clearance to demand where `clearance_m` was asked for: the larger of the two."""

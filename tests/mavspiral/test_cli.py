@@ -45,7 +45,7 @@ def test_plan_writes_its_files_and_one_json_object(tmp_path):
     budget = summary["clearance_budget"]
     sigmas = [budget[f"{of}_sigma_m"] for of in ("map", "navigation", "tracking")]
     assert budget["total_m"] == pytest.approx(budget["vehicle_radius_m"] + 3 * math.hypot(*sigmas), abs=0.002)
-    assert summary["clearance_required_m"] == max(3.0, budget["total_m"])
+    assert summary["clearance_required_m"] == budget["required_m"] == max(3.0, budget["total_m"])
     assert json.loads(Path(summary["files"]["json"]).read_text())["rings"] == summary["rings"]
     assert not [path for path in (tmp_path / "out").iterdir() if path.name.startswith(".")]
 
@@ -59,7 +59,8 @@ def test_simulate_passes_and_writes_the_flight(tmp_path):
     for kind in ("tlog", "npz", "flight_png", "html", "simulate_json"):
         assert Path(summary["files"][kind]).stat().st_size > 100
     page = Path(summary["files"]["html"]).read_text()
-    assert "vehicle 0.40 m + 3·√(map 0.30² + navigation 0.05² + tracking 0.15²)" in page
+    words = "the larger of 3.00 m asked for and 1.42 m = vehicle 0.40 m + 3·√(map 0.30² + navigation 0.05² + tracking 0.15²)"
+    assert words in page
 
 
 def test_an_accept_that_cannot_be_met_exits_1_and_says_what(tmp_path):
