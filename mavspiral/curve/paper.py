@@ -25,7 +25,15 @@ from mavspiral.errors import InputError
 from mavspiral.shape.contour import Ring
 from mavspiral.shape.heightmap import Site
 
-__all__ = ["SAMPLES", "PaperPath", "PaperSpiral", "largest_contour", "plan_paper", "ring_heights_m"]
+__all__ = [
+    "SAMPLES",
+    "PaperPath",
+    "PaperSpiral",
+    "largest_contour",
+    "plan_paper",
+    "ring_heights_m",
+    "slice_at",
+]
 
 SAMPLES = 100
 """Q, to which the paper resamples every ring."""
@@ -142,6 +150,11 @@ def ring_heights_m(bottom_m: float, top_m: float, rise_m: float) -> FloatArray:
     return np.asarray(bottom_m + (top_m - bottom_m) / rings * np.arange(rings))
 
 
+def slice_at(height_m: FloatArray, start_m: float) -> NDArray[np.bool_]:
+    """I_l of equations 4 and 5, without a grid of voxels: what rises above the ring's beginning."""
+    return np.asarray(height_m > start_m)
+
+
 def largest_contour(occupied: NDArray[np.bool_], cell_m: float, standoff_m: float) -> tuple[FloatArray, int]:
     """The contour of the largest area of the slice dilated by the stand-off, and how many others there were.
 
@@ -174,7 +187,7 @@ def plan_paper(
     height, cell_m = wide.building_height_m, wide.heights.cell_m
     dropped, spectra = 0, []
     for number, start_m in enumerate(ring_heights_m(bottom_m, top_m, rise_m), start=1):
-        occupied = height > start_m
+        occupied = slice_at(height, start_m)
         if not occupied.any():
             raise InputError(
                 f'[inspection] mode = "paper": ring {number} begins at {start_m:.1f} m, the building ends at '

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -35,16 +36,20 @@ def fixture_stage():
 
 
 @pytest.mark.parametrize(
-    ("place", "name"),
+    ("place", "name", "nearest"),
     [
-        ((0.0, 0.0, 20.0), "the building"),
-        ((16.0, 0.0, 8.0), 'keepout "tree"'),
-        ((-16.0, 0.0, 8.0), "[[keepout]] 2"),
-        ((0.0, 30.0, 3.0), "a neighbour"),
+        ((2.0, -3.0, 20.0), "the building", (2.0, -3.0)),
+        ((16.0, 0.0, 8.0), 'keepout "tree"', (19.4, 0.0)),
+        ((-16.0, 0.0, 8.0), "[[keepout]] 2", (-19.4, 0.0)),
+        ((0.0, 30.0, 3.0), "a neighbour", (0.1, 22.0)),
     ],
 )
-def test_each_kind_of_obstacle_is_named(stage, place, name):
-    assert nearest_obstacle(*stage, np.array(place)).startswith(f"{name} at lat 23.96")
+def test_each_kind_of_obstacle_is_named_where_it_is_nearest(stage, place, name, nearest):
+    told = nearest_obstacle(*stage, np.array(place))
+    lat, lon = (float(word) for word in re.findall(r"(?:lat|lon) (\d+\.\d+)", told))
+    assert told.startswith(f"{name} at lat")
+    place_enu_m = stage[1].heights.frame.to_enu(lat, lon, stage[1].heights.frame.origin.alt_amsl_m)
+    assert place_enu_m[:2] == pytest.approx(nearest, abs=0.4)
 
 
 def test_a_way_is_judged_by_the_obstacle_that_it_ends_at(stage):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mavspiral.curve.paper import SAMPLES, largest_contour, plan_paper, ring_heights_m
+from mavspiral.curve.paper import SAMPLES, largest_contour, plan_paper, ring_heights_m, slice_at
 from mavspiral.errors import InputError
 
 
@@ -27,12 +27,12 @@ def test_superlevel_slices_are_the_voxel_slices_of_the_paper(seed):
     starts_m = ring_heights_m(0.0, levels * voxel_m, float(rng.uniform(1.0, 9.0)))
     # Roofs at the floors of voxels: exactly the same sets.
     for cut, start_m in zip(voxel_slices(whole * voxel_m, levels, starts_m), starts_m, strict=True):
-        assert np.array_equal(cut, whole * voxel_m > start_m)
+        assert np.array_equal(cut, slice_at(whole * voxel_m, start_m))
     # Any roof: the voxels are the superlevel sets, and of more only roofs within one voxel above the ring's start.
     height = np.where(whole > 0, whole - rng.uniform(0.0, 0.999, whole.shape), 0.0) * voxel_m
     height[0, 0] = levels * voxel_m
     for cut, start_m in zip(voxel_slices(height, levels, starts_m), starts_m, strict=True):
-        above = height > start_m
+        above = slice_at(height, start_m)
         assert np.all(cut[above])
         assert np.all(np.abs(height[cut & ~above] - start_m) <= voxel_m)
 
