@@ -184,6 +184,14 @@ class Condition(Protocol):
         """Where the estimate's frame is anchored, once that is known."""
 
     @property
+    def knows_position(self) -> bool:
+        """Whether a position may be flown to: the estimate's `position_ok`."""
+
+    @property
+    def charge_left(self) -> float:
+        """What is left in the battery, 0…1."""
+
+    @property
     def on_ground(self) -> bool:
         """The land detector's verdict."""
 

@@ -9,8 +9,13 @@ from typing import Final
 __all__ = ["DEFAULTS", "Params"]
 
 DEFAULTS: Final[Mapping[str, float | int]] = {
+    "BAT_CRIT_THR": 0.07,
+    "BAT_EMERGEN_THR": 0.05,
+    "BAT_LOW_THR": 0.15,
     "COM_DISARM_LAND": 2.0,
     "COM_DISARM_PRFLT": 10.0,
+    "COM_FAIL_ACT_T": 5.0,
+    "COM_LOW_BAT_ACT": 3,
     "COM_OBL_RC_ACT": 0,
     "COM_OF_LOSS_T": 1.0,
     "COM_POS_FS_EPH": 5.0,

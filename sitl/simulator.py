@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from sitl.autopilot.commander import Commander, CommanderState
+from sitl.faults import Fault, LinkFault
+from sitl.link.channel import Channel, ChannelState
 from sitl.link.parameters import ParameterTable, TableState
 from sitl.link.px4 import Px4Link, Px4LinkState
 from sitl.link.report import Report
@@ -20,6 +24,8 @@ from sitl.vehicle import FRAME_US, Vehicle, VehicleConfig, VehicleState
 __all__ = ["Event", "Simulator", "SimulatorConfig", "SimulatorState", "Step"]
 
 _OFFBOARD = 0
+_LINK_DICE = 0x4C494E4B
+"""Sets the links' random streams apart from the senses'."""
 _LINK_RATES_HZ: tuple[Mapping[str, float], ...] = (OFFBOARD_RATES_HZ, GCS_RATES_HZ)
 
 
@@ -64,6 +70,7 @@ class SimulatorState:
     commander: CommanderState
     parameters: TableState
     links: tuple[Px4LinkState, ...]
+    channels: tuple[ChannelState, ...]
     uploading: bool
     signer: SignerState | None
 
@@ -78,6 +85,9 @@ class Simulator:
         self._links = tuple(
             Px4Link(config.instance + 1, rates_hz, self._signer) for rates_hz in _LINK_RATES_HZ
         )
+        dice = np.random.SeedSequence([config.vehicle.seed, _LINK_DICE]).spawn(2 * len(self._links))
+        self._uplinks = tuple(map(Channel, dice[::2]))
+        self._downlinks = tuple(map(Channel, dice[1::2]))
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Live until `now_us` in whole frames, then take what came in on the first link."""
@@ -85,7 +95,10 @@ class Simulator:
         return Step(send, self.time_us + FRAME_US, self.take_events())
 
     def exchange(self, now_us: int, received: tuple[bytes, ...]) -> tuple[bytes, ...]:
-        """As `step`, for as many links as there are entries. The links beyond stay silent."""
+        """As `step`, for as many links as there are entries. The links beyond stay silent.
+
+        Link faults take hold once a call: of what comes in, and of all that is sent since the last one.
+        """
         craft, links = self._craft, self._links[: len(received)]
         outs = [bytearray() for _ in links]
         while craft.time_us + FRAME_US <= now_us:
@@ -94,13 +107,24 @@ class Simulator:
                 out += link.send(craft)
             if craft.commander.has_news:
                 self._tell(outs)
+        ill = [fault for fault in craft.vehicle.faults if isinstance(fault, LinkFault)]
+        ill = [fault for fault in ill if fault.active(craft.time_us)]
+        received = _carried(self._uplinks, craft.time_us, received, ill)
         for link, data, out in zip(links, received, outs, strict=True):
             if data:
                 out += link.receive(data, craft)
         self._forward(outs)
         if craft.commander.has_news:
             self._tell(outs)
-        return tuple(map(bytes, outs))
+        return _carried(self._downlinks, craft.time_us, outs, ill)
+
+    def inject(self, fault: Fault) -> None:
+        """Have that go wrong too, from its start or, if that has passed, from now."""
+        self._craft.vehicle.inject(fault)
+
+    def heal(self, kind: type[Fault]) -> None:
+        """End all faults of that kind."""
+        self._craft.vehicle.heal(kind)
 
     def take_events(self) -> tuple[Event, ...]:
         """What happened since the last call; `step` calls it."""
@@ -140,6 +164,7 @@ class Simulator:
             craft.commander.snapshot(),
             craft.parameters.snapshot(),
             tuple(link.snapshot() for link in self._links),
+            tuple(channel.snapshot() for channel in (*self._uplinks, *self._downlinks)),
             craft.uploading,
             None if self._signer is None else self._signer.snapshot(),
         )
@@ -151,6 +176,8 @@ class Simulator:
             self._signer.restore(state.signer)
         for link, link_state in zip(self._links, state.links, strict=True):
             link.restore(link_state)
+        for channel, channel_state in zip((*self._uplinks, *self._downlinks), state.channels, strict=True):
+            channel.restore(channel_state)
 
     def _forward(self, outs: list[bytearray]) -> None:
         """Pass heartbeats on from the ground station's link, as PX4's start script has it."""
@@ -166,6 +193,13 @@ class Simulator:
         for shot in self._craft.commander.take_shots():
             for link, out in zip(self._links, outs, strict=False):
                 out += link.show(shot)
+
+
+def _carried(
+    channels: tuple[Channel, ...], now_us: int, data: Sequence[bytes | bytearray], ill: Sequence[LinkFault]
+) -> tuple[bytes, ...]:
+    ways = zip(channels, data, strict=False)  # there may be more channels than links that are used
+    return tuple(channel.carry(now_us, bytes(chunk), ill) for channel, chunk in ways)
 
 
 class _Craft:

@@ -216,12 +216,27 @@ class Vehicle:
         ekf, told = self._ekf, np.empty(31)
         report(ekf.nav, ekf.filter.P, ekf.wander_variance_m2, told)
         told.setflags(write=False)
-        fresh = ekf.fixes_fresh(self._frame)
+        fresh, known = ekf.fixes_fresh(self._frame), self.knows_position
         return Estimate(
             self.time_us, told[0:3], told[3:6], told[6:10], told[10:13], told[13:16], told[16:19],
             told[19:22], told[22:25], told[25:28], told[28:31],
-            attitude_ok=ekf.running, position_ok=fresh, velocity_ok=fresh, height_ok=ekf.running,
+            attitude_ok=ekf.running, position_ok=known, velocity_ok=fresh, height_ok=ekf.running,
         )  # fmt: skip
+
+    @property
+    def knows_position(self) -> bool:
+        """Whether position rests on fixes, or on fresh dead reckoning within COM_POS_FS_EPH (PX4's eph)."""
+        ekf = self._ekf
+        if not ekf.fixes_fresh(self._frame):
+            return False
+        P, wander = ekf.filter.P, ekf.wander_variance_m2
+        eph_m2 = P[0, 0] + P[1, 1] + wander[0] + wander[1]
+        return bool(eph_m2 <= self._params["COM_POS_FS_EPH"] ** 2)
+
+    @property
+    def charge_left(self) -> float:
+        """What is left in the battery, 0…1."""
+        return max(0.0, 1.0 - float(self._pack["used_ah"]) / float(self._pack["capacity_ah"]))
 
     @property
     def origin(self) -> GeoPoint | None:
@@ -268,9 +283,8 @@ class Vehicle:
     def battery(self) -> BatteryState:
         """The pack as its monitor sees it."""
         pack = self._pack
-        used, capacity = float(pack["used_ah"]), float(pack["capacity_ah"])
-        remaining = max(0.0, 1.0 - used / capacity)
-        return BatteryState(float(pack["voltage_v"]), float(pack["current_a"]), used, remaining)
+        used_ah = float(pack["used_ah"])
+        return BatteryState(float(pack["voltage_v"]), float(pack["current_a"]), used_ah, self.charge_left)
 
     @property
     def on_ground(self) -> bool:

@@ -1,20 +1,22 @@
 """The commander: decides what the vehicle does, from orders, setpoints and its own condition.
 
 Pure logic on values, after PX4 v1.17 as it was seen to behave without a radio control. What the modes do
-is in the table of `modes`. Simpler than PX4: no failsafe on a low battery, and none on a lost position.
+is in the table of `modes`, what it does by itself in need in `failsafe`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from sitl.autopilot.arming import home_of, idle_limit_us, is_ready, why_not_arm
+from sitl.autopilot.charge import charge_of
 from sitl.autopilot.course import begin_course
+from sitl.autopilot.failsafe import change_conduct, descent, watch_charge
 from sitl.autopilot.memory import NOTHING, CommanderState
 from sitl.autopilot.modes import MODES, climbs, repositioned
-from sitl.autopilot.offboard import commands_every_axis, is_streamed, mode_after_loss
+from sitl.autopilot.offboard import commands_every_axis, is_streamed
 from sitl.autopilot.planning import leave_mission, shoot, stand_down_mission, take_plan
 from sitl.autopilot.progress import briefing_of, proceed
 from sitl.orders import (
@@ -44,6 +46,7 @@ __all__ = ["Commander", "CommanderState"]
 
 _DISARMED = Demand(armed=False, idle=True, setpoint=NOTHING)
 _IDLE = Demand(armed=True, idle=True, setpoint=NOTHING)
+_LOOK_US = 100_000
 _ALOFT = {Mode.TAKEOFF: Landed.TAKING_OFF, Mode.LAND: Landed.LANDING}
 
 
@@ -95,8 +98,7 @@ class Commander:
             case Reposition():
                 return self._reposition(order, condition)
             case TakePlan():
-                for notice in take_plan(self._state, order, condition, self.parameters):
-                    self._notify(condition, *notice)
+                self._remark(condition, take_plan(self._state, order, condition, self.parameters))
                 return Verdict.ACCEPTED
             case GoToItem(seq):
                 return self._go_to(seq)
@@ -135,11 +137,16 @@ class Commander:
             self._watch_ground(condition)
         if not state.armed:
             return _DISARMED
-        self._watch_stream(condition)
+        if condition.time_us % _LOOK_US == 0:
+            self._remark(condition, watch_charge(state, condition, self.parameters))
+        streamed = state.mode is not Mode.OFFBOARD or self._streamed(condition)
+        self._remark(condition, change_conduct(state, condition, self.parameters, streamed=streamed))
         if not self._may_fly(condition):
             state.course = None
             return _IDLE
-        if state.conduct is Mode.OFFBOARD and state.steering is not None:
+        if state.conduct is Mode.LAND and not condition.knows_position:
+            state.course, state.setpoint = None, descent(self.parameters)
+        elif state.conduct is Mode.OFFBOARD and state.steering is not None:
             state.setpoint = state.steering
         else:
             state.setpoint = proceed(state, condition, dt_s, self.parameters)
@@ -196,6 +203,7 @@ class Commander:
                 return Verdict.NOT_NOW
         state.armed, state.armed_at_us = True, condition.time_us
         state.flown, state.standing_since_us, state.failsafe = False, None, None
+        state.charge, state.for_charge = charge_of(condition.charge_left, self.parameters), None
         state.course = None
         state.home = home_of(condition) or state.home
         self._notify(condition, Severity.INFO, "Armed by external command")
@@ -212,7 +220,8 @@ class Commander:
 
     def _stand_down(self, condition: Condition, text: str) -> None:
         state = self._state
-        state.armed, state.failsafe, state.steering, state.course = False, None, None, None
+        state.armed, state.failsafe, state.for_charge, state.steering = False, None, None, None
+        state.course = None
         state.setpoint = NOTHING
         stand_down_mission(state)
         state.mode = MODES[state.mode].after_disarm or state.mode
@@ -234,7 +243,7 @@ class Commander:
             leave_mission(state)
         if state.conduct is not mode or mode is Mode.TAKEOFF:
             state.steering = state.course = None
-        state.mode, state.failsafe = mode, None
+        state.mode, state.failsafe, state.for_charge = mode, None, None
         return Verdict.ACCEPTED
 
     def _reposition(self, order: Reposition, condition: Condition) -> Verdict:
@@ -242,7 +251,7 @@ class Commander:
         if origin is None or not condition.estimate.position_ok:
             return Verdict.NOT_NOW
         leave_mission(state)
-        state.mode, state.failsafe = Mode.HOLD, None
+        state.mode, state.failsafe, state.for_charge = Mode.HOLD, None, None
         if not self._may_fly(condition):
             return Verdict.ACCEPTED
         course = begin_course(Mode.HOLD, briefing_of(state, condition, self.parameters))
@@ -275,19 +284,6 @@ class Commander:
             by = "landing" if state.flown else "auto preflight disarming"
             self._stand_down(condition, f"Disarmed by {by}")
 
-    def _watch_stream(self, condition: Condition) -> None:
-        """Enter the failsafe when setpoints stay away, leave it when they come back."""
-        state = self._state
-        if state.mode is not Mode.OFFBOARD:
-            return
-        alive = self._streamed(condition)
-        if alive is (state.failsafe is None):
-            return
-        state.failsafe = None if alive else mode_after_loss(self.parameters)
-        state.steering = state.course = None
-        if not alive:
-            self._notify(condition, Severity.CRITICAL, "Failsafe activated")
-
     def _may_fly(self, condition: Condition) -> bool:
         """Whether the motors may do more than idle."""
         state = self._state
@@ -299,6 +295,10 @@ class Commander:
             return False
         spooled_us = state.armed_at_us + 1e6 * self.parameters["COM_SPOOLUP_TIME"]
         return state.flown or condition.time_us >= spooled_us
+
+    def _remark(self, condition: Condition, remarks: Iterable[tuple[Severity, str]]) -> None:
+        for severity, text in remarks:
+            self._notify(condition, severity, text)
 
     def _notify(self, condition: Condition, severity: Severity, text: str) -> None:
         self._state.notices = (*self._state.notices, Notice(condition.time_us, severity, text))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from sitl.autopilot.charge import Charge
 from sitl.autopilot.course import Course
 from sitl.autopilot.mission import MissionCourse
 from sitl.autopilot.payload import Payload
@@ -30,7 +31,11 @@ class CommanderState:
     standing_since_us: int | None = None
     mode: Mode = Mode.HOLD
     failsafe: Mode | None = None
-    """What is done instead of `mode` while setpoints are missing."""
+    """What is done instead of `mode`: setpoints are missing, or the position, or charge."""
+    charge: Charge = Charge.FINE
+    for_charge: Mode | None = None
+    """What the battery's last warning asks for, from `for_charge_at_us` on; Hold before."""
+    for_charge_at_us: int = 0
     takeoff_alt_amsl_m: float = math.nan
     steering: Setpoint | None = None
     steered_at_us: int | None = None

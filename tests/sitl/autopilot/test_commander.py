@@ -46,6 +46,7 @@ class Body:
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     ok: bool = True
+    charge_left: float = 1.0
 
     @property
     def estimate(self):
@@ -54,6 +55,10 @@ class Body:
     @property
     def origin(self):
         return ORIGIN if self.ok else None
+
+    @property
+    def knows_position(self):
+        return self.ok
 
     @property
     def on_ground(self):
