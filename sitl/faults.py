@@ -239,7 +239,7 @@ FAULT_NAMES: Final = tuple(_KINDS)
 """What may stand before the `=`."""
 
 _SPEC = re.compile(
-    r"(?P<name>[a-z_]+)(=(?P<value>[^@]+))?(@(?P<start>\d{1,7}(\.\d{0,6})?)s?)?(\+(?P<duration>\d{1,7}(\.\d{0,6})?)s?)?"
+    r"(?P<name>[a-z_]+)(=(?P<value>[^@+]+))?(@(?P<start>\d{1,7}(\.\d{0,6})?)s?)?(\+(?P<duration>\d{1,7}(\.\d{0,6})?)s?)?"
 )
 
 

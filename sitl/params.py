@@ -24,6 +24,7 @@ DEFAULTS: Final[Mapping[str, float | int]] = {
     "COM_VEL_FS_EVH": 1.0,
     "EKF2_BARO_GATE": 5.0,
     "EKF2_GPS_P_GATE": 5.0,
+    "EKF2_GPS_V_GATE": 5.0,
     "EKF2_MAG_GATE": 3.0,
     "IMU_DGYRO_CUTOFF": 20.0,
     "IMU_GYRO_CUTOFF": 40.0,

@@ -61,7 +61,8 @@ def change_conduct(
 def _gravest(
     state: CommanderState, condition: Condition, parameters: Mapping[str, float], *, streamed: bool
 ) -> tuple[Mode | None, str]:
-    if not condition.on_ground and not condition.knows_position:
+    sinking = state.failsafe is Mode.LAND
+    if (sinking or not condition.on_ground) and not condition.knows_position:
         return Mode.LAND, "Failsafe activated: Autopilot disengaged, switching to Descend"
     wanted: list[tuple[Mode, str]] = []
     if state.mode is Mode.OFFBOARD and not streamed:

@@ -33,13 +33,13 @@ from sitl.rotation import from_euler
 __all__ = ["BOOK", "Ekf"]
 
 ALIGN_FRAMES = 100
-_RESET_AFTER = 10
+_RESET_AFTER = 70  # fixes, 7 s: PX4's reset_timeout_max
 _DEAD_RECKONING_FRAMES = 500  # PX4's EKF2_NOAID_TOUT, 5 s
 _BARO_BIAS_TIME_S = 30.0
 _FIX_S = 0.1
 _TURN_TIME_S = 3.0
 """A turn takes about this long: over it an error of scale is no noise but adds up."""
-_FIX_H = np.eye(6, STATES)
+_PLACE_H, _SPEED_H = np.eye(3, STATES), np.eye(3, STATES, 3)
 _BARO_H = -np.eye(1, STATES, 2)
 
 BOOK = np.dtype(
@@ -89,7 +89,7 @@ class Ekf:
         self.filter = StockFilter(nav, noise) if stock else KernelFilter(nav, noise)
         self._senses, self._offset = senses, origin_offset_ned_m
         self._field = np.array(field_ned_gauss)
-        self._fix_R = np.diag(self._fix_sigma**2)
+        self._place_R, self._speed_R = np.diag(self._fix_sigma[:3] ** 2), np.diag(self._fix_sigma[3:] ** 2)
         self._baro_R = np.array([[s.baro_noise_m**2 + s.baro_drift_m**2]])
         self._mag_R = np.eye(3) * s.mag_noise_gauss**2
         self._b = self.book[0]
@@ -121,14 +121,16 @@ class Ekf:
         book, fix = self._b, self._fix[slot]
         lat, lon, alt = book["origin"].tolist()
         z = np.array([*ned_of_geodetic((lat, lon, alt), tuple(fix[:3].tolist())), *fix[3:].tolist()])
-        if self.filter.fuse(z, self._pose, _FIX_H, self._fix_R, self.params["EKF2_GPS_P_GATE"]):
+        params, pose, fuse = self.params, self._pose, self.filter.fuse
+        moved = fuse(z[3:], pose[3:], _SPEED_H, self._speed_R, params["EKF2_GPS_V_GATE"])
+        placed = fuse(z[:3], pose[:3], _PLACE_H, self._place_R, params["EKF2_GPS_P_GATE"])
+        book["rejected"] = 0 if placed else book["rejected"] + 1
+        if book["rejected"] >= _RESET_AFTER:
+            self._reset_to(z)
             book["rejected"] = 0
+            placed = True
+        if placed or moved:
             book["fix_frame"] = frame
-        else:
-            book["rejected"] += 1
-            if book["rejected"] >= _RESET_AFTER:
-                self._reset_to(z)
-                book["rejected"], book["fix_frame"] = 0, frame
         # The barometer's offset is learnt from fixes, never from the filter, which would confirm itself.
         book["heights"] += 1
         share = max(1.0 / book["heights"], _FIX_S / _BARO_BIAS_TIME_S)

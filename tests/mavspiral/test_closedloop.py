@@ -110,6 +110,38 @@ def test_a_broken_motor_fails_and_says_so(planned):
     assert not flight.outcome.ok
 
 
+@pytest.mark.parametrize("airframe", ["7inch", "camera"])
+def test_every_bundled_airframe_flies_the_kiosk(planned, airframe):
+    inspection = planned("kiosk")
+    mission = inspection.mission
+    other = mission.vehicle.model_copy(update={"airframe": airframe})
+    flight = simulate(mission.model_copy(update={"vehicle": other}), seed=1)
+    assert flight.passed, flight.failures
+
+
+def test_a_link_that_loses_three_frames_of_ten_does_not_end_the_flight_and_repeats_to_the_bit(planned):
+    flight, again = (simulate(planned("kiosk"), seed=1, faults=("packet_loss=30%",)) for _ in range(2))
+    assert flight.outcome.ok
+    assert flight.clearance_min_m >= 3.0
+    assert flight.tlog == again.tlog
+
+
+@pytest.mark.parametrize(
+    ("fault", "reason"),
+    [
+        ("gps_loss@60s+20s", "the vehicle's own failsafe took over: AUTO.LAND"),
+        ("battery=critical@60s", "the vehicle's own failsafe took over: AUTO.LOITER"),
+        ("link_loss@60s+20s", "link lost"),
+    ],
+)
+def test_a_failsafe_takes_the_flight_over_and_the_log_says_so(planned, fault, reason):
+    flight = simulate(planned("kiosk"), seed=1, faults=(fault,))
+    assert not flight.passed
+    assert reason in flight.outcome.reason
+    assert any(reason in event.text for event in flight.log.events)
+    assert flight.clearance_min_m >= 3.0
+
+
 def test_wind_is_felt_and_survived(planned):
     calm, windy = (
         simulate(planned("kiosk"), seed=1),

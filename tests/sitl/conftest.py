@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +13,8 @@ from sitl.airframe import Airframe, load_airframe
 from sitl.params import Params
 from sitl.signals import Demand, GeoPoint, Setpoint, vector
 from sitl.vehicle import Vehicle, VehicleConfig
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 NAN = math.nan
 NOTHING = (NAN, NAN, NAN)

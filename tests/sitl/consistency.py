@@ -23,8 +23,7 @@ from sitl.signals import Demand, GeoPoint, Setpoint, vector
 from sitl.vehicle import Vehicle, VehicleConfig
 
 STATES = 15
-FIX, BARO, MAG = "fix", "baro", "mag"
-DOF = {FIX: 6, BARO: 1, MAG: 3}
+DOF = {"position": 3, "velocity": 3, "baro": 1, "mag": 3}
 _NOTHING = (math.nan,) * 3
 
 
@@ -47,7 +46,7 @@ def as_modelled(airframe: Airframe) -> dict:
     senses = dataclasses.replace(airframe.senses, **plain)
     white = RECEIVERS["rtk"]._replace(wander_h_m=0.0, wander_v_m=0.0)
     # A gate cuts the tails off what it lets through.
-    wide = dict.fromkeys(("EKF2_MAG_GATE", "EKF2_BARO_GATE", "EKF2_GPS_P_GATE"), 30.0)
+    wide = dict.fromkeys(("EKF2_MAG_GATE", "EKF2_BARO_GATE", "EKF2_GPS_P_GATE", "EKF2_GPS_V_GATE"), 30.0)
     return {"airframe": dataclasses.replace(airframe, senses=senses), "gps": white, "params": wide}
 
 
@@ -112,7 +111,8 @@ def fly(airframe: Airframe, seed: int, seconds: float = 40.0, params: dict | Non
 
     def noted(z, expected, H, R, gate) -> bool:
         y = z - expected
-        name = {6: FIX, 1: BARO, 3: MAG}[len(y)]
+        place, speed = H[0, 0] == 1.0, H[0, 3] == 1.0
+        name = "position" if place else "velocity" if speed else "baro" if len(y) == 1 else "mag"
         latest[name] = float(y @ np.linalg.solve(H @ filt.P @ H.T + R, y)) / len(y)
         return fuse(z, expected, H, R, gate)
 

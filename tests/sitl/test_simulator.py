@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from sitl.airframe import load_airframe
+from sitl.faults import LinkLoss, parse_fault
 from sitl.link.codec import Codec
 from sitl.link.messages import layout, message_type
 from sitl.orders import Mode
@@ -20,12 +21,18 @@ COMMAND = message_type("COMMAND_LONG")
 SETPOINT = message_type("SET_POSITION_TARGET_LOCAL_NED")
 
 
-def new_simulator(seed=0):
+def new_simulator(seed=0, *faults):
     airframe = load_airframe("x500")
     home = GeoPoint(19.435235, -99.146145, 2240.0)
     return Simulator(
         SimulatorConfig(
-            VehicleConfig(airframe=airframe, params=Params(airframe.params), home=home, seed=seed)
+            VehicleConfig(
+                airframe=airframe,
+                params=Params(airframe.params),
+                home=home,
+                seed=seed,
+                faults=tuple(map(parse_fault, faults)),
+            )
         )
     )
 
@@ -105,6 +112,56 @@ def test_a_parameter_that_is_set_changes_the_flight():
     name = message_type("PARAM_SET")(2.0, 1, 1, b"MPC_XY_P", 9)
     simulator.step(20_000, Codec(255, 190).encode(name))
     assert simulator._craft.vehicle.params["MPC_XY_P"] == 2.0
+
+
+def test_a_link_that_is_lost_leads_home_and_back_into_offboard_when_it_returns():
+    simulator = new_simulator(0, "link_loss@18s+3s")
+    steps = list(script(25.0))
+    begin, end = 18 * 50 - 1, 21 * 50 - 1  # the step at 18.00 s, and that at 21.00 s
+    silent = [not sent for sent in fly(simulator, steps[:end])]
+    assert silent[begin:] == [True] * (3 * 50)
+    assert not any(silent[50:begin])
+    assert simulator.report.flight.mode is Mode.RETURN and simulator.report.flight.failsafe
+    fly(simulator, steps[end:])
+    assert simulator.report.flight.mode is Mode.OFFBOARD
+
+
+def test_a_bad_link_is_equally_bad_for_the_same_seed_also_from_a_snapshot():
+    faults = ("packet_loss=30%", "delay=200ms")
+    first, second, third = new_simulator(3, *faults), new_simulator(3, *faults), new_simulator(4, *faults)
+    steps = list(script(12.0))
+    sent = fly(first, steps)
+    assert sent == fly(second, steps)
+    assert sent != fly(third, steps)
+    sound = fly(new_simulator(3), steps)
+    assert 0.5 < len(b"".join(sent)) / len(b"".join(sound)) < 0.9
+    one = new_simulator(3, *faults)
+    fly(one, steps[:300])
+    other = new_simulator(9)
+    other.restore(one.snapshot())
+    assert fly(other, steps[300:]) == fly(one, steps[300:])
+
+
+def test_a_fault_may_be_ordered_in_flight_and_taken_back():
+    simulator = new_simulator()
+    simulator.inject(parse_fault("link_loss@0s"))
+    assert simulator.step(2_000_000, b"").send == b""
+    simulator.heal(LinkLoss)
+    assert simulator.step(4_000_000, b"").send
+
+
+def test_without_fixes_it_comes_down_by_itself_and_says_so():
+    simulator = new_simulator(0, "gps_loss@18s")
+    events = []
+    for at_us, data in script(40.0):
+        events += simulator.step(at_us, data).events
+    told = [event for event in events if "Descend" in event.text]
+    assert [event.text for event in told] == [
+        "Failsafe activated: Autopilot disengaged, switching to Descend"
+    ]
+    assert 23.0 < told[0].time_us * 1e-6 < 23.5  # 5 s of dead reckoning
+    assert "disarmed" in [event.kind for event in events]
+    assert abs(simulator.truth.position_ned_m[2]) < 0.05
 
 
 @pytest.fixture(scope="module")

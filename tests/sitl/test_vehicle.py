@@ -7,9 +7,9 @@ import pickle
 import numpy as np
 import pytest
 
-from sitl.faults import parse_fault
+from sitl.faults import GpsLoss, parse_fault
 from sitl.geo import ned_of_geodetic
-from sitl.rotation import multiply, to_yaw
+from sitl.rotation import to_yaw
 from sitl.signals import GeoPoint
 
 
@@ -52,15 +52,32 @@ def without_drag(airframe):
     return dataclasses.replace(airframe, body=body, rotors=rotors)
 
 
-@pytest.mark.parametrize(("kind", "px4_m"), [(0, 2.91), (1, 0.489), (2, 0.071)])
-def test_the_circle_is_tracked_as_px4_was_seen_to_track_it(vehicle, demand, x500, kind, px4_m):
-    """Position; and velocity; and acceleration; no noise, no drag, 50 Hz. Within 30 % of what PX4 did."""
-    one = vehicle(without_drag(x500), noise=False)
+def circle_rms(one, demand, kind):
     one.advance(3_000_000, demand(armed=False))
     one.advance(18_000_000, demand((10.0, 0.0, -10.0), yaw=0.0))
     errors = []
     circle(one, demand, kind, 60, lambda v, p: errors.append(v.estimate.position_ned_m - p))
-    assert horizontal_rms(errors) == pytest.approx(px4_m, rel=0.3)
+    return horizontal_rms(errors)
+
+
+PX4_CIRCLE = [
+    ("no drag", 0, 2.91),
+    ("no drag", 1, 0.489),
+    ("no drag", 2, 0.071),
+    ("light drag", 0, 3.04),
+    ("light drag", 1, 0.529),
+    ("light drag", 2, 0.183),
+]
+
+
+@pytest.mark.parametrize(("air", "kind", "px4_m"), PX4_CIRCLE)
+def test_the_circle_is_tracked_as_px4_was_seen_to_track_it(vehicle, demand, x500, air, kind, px4_m):
+    """Position; and velocity; and acceleration; no noise, 50 Hz. Within 30 % of what PX4 did.
+
+    With its simulator's noise see tests/bench/bench_vehicle.py.
+    """
+    airframe = without_drag(x500) if air == "no drag" else x500
+    assert circle_rms(vehicle(airframe, noise=False), demand, kind) == pytest.approx(px4_m, rel=0.3)
 
 
 def test_hover_holds_against_wind_and_gusts(flying, demand):
@@ -162,36 +179,6 @@ def test_at_speed_the_estimate_does_not_lag_by_the_receivers_delay(flying, deman
     np.testing.assert_allclose(position_error(one), 0.0, atol=0.1)
 
 
-@pytest.mark.parametrize("gps", ["rtk", "standard"])
-def test_the_filters_nees_fits_its_fifteen_degrees_of_freedom(flying, demand, gps):
-    """Mean over three flights of a minute: between 0.7 and 1.4 of fifteen."""
-    ratios = []
-
-    def look(one, _):
-        if one.time_us % 500_000:
-            return
-        truth, told = one.truth, one.estimate
-        q = told.q_ned_frd
-        dq = multiply((q[0], -q[1], -q[2], -q[3]), truth.q_ned_frd)
-        bias = one._world["sensed"]["imu_bias"][0]
-        error = np.concatenate(
-            [
-                position_error(one),
-                truth.velocity_ned_mps - told.velocity_ned_mps,
-                2.0 * np.array(dq[1:]) * np.sign(dq[0]),
-                bias[3:] - told.gyro_bias_frd_radps,
-                bias[:3] - told.accel_bias_frd_mps2,
-            ]
-        )
-        P = one._ekf.filter.P.copy()
-        P[range(3), range(3)] = told.position_variance_m2
-        ratios.append(error @ np.linalg.solve(P, error) / 15.0)
-
-    for seed in range(3):
-        circle(flying(seed=seed, gps=gps, heading_ned_rad=float(seed)), demand, 2, 60, look)
-    assert 0.7 < np.mean(ratios) < 1.4
-
-
 def test_without_fixes_it_drifts_as_its_variance_says_admits_it_and_recovers(flying, demand):
     one = flying(faults=(parse_fault("gps_loss@20s+30s"),))
     hold = demand((0.0, 0.0, -10.0), yaw=0.0)
@@ -224,6 +211,89 @@ def test_a_wind_step_pushes_it_from_the_west_and_is_withstood(flying, demand):
 
 def everything(one):
     return [array.tobytes() for array in one.snapshot().arrays]
+
+
+def hover_until(one, demand, until_s):
+    """Hold the place over home; how far it really strayed since."""
+    worst = 0.0
+    while one.time_us < until_s * 1e6:
+        one.advance(one.time_us + 100_000, demand((0.0, 0.0, -10.0), yaw=0.0))
+        worst = max(worst, float(np.linalg.norm(one.truth.position_ned_m - (0.0, 0.0, -10.0))))
+    return worst
+
+
+def test_a_jump_of_the_fixes_is_refused_for_seven_seconds_and_then_believed(flying, demand):
+    one = flying(faults=(parse_fault("gps_jump=5m@15s"),))
+    assert hover_until(one, demand, 21.5) < 0.2
+    assert one.estimate.position_ok  # velocity is still aided
+    hover_until(one, demand, 40.0)
+    assert one.truth.position_ned_m[0] == pytest.approx(-5.0, abs=0.3)
+    assert position_error(one)[0] == pytest.approx(-5.0, abs=0.2)
+
+
+def test_drifting_fixes_lead_it_away_unnoticed(flying, demand):
+    one = flying(faults=(parse_fault("gps_drift=0.1@15s+20s"),))
+    hover_until(one, demand, 35.0)
+    assert one.truth.position_ned_m[0] == pytest.approx(-2.0, abs=0.4)
+
+
+def test_multipath_makes_it_wander(flying, demand):
+    sound = hover_until(flying(gps="standard"), demand, 60.0)
+    bounced = hover_until(flying(gps="standard", faults=(parse_fault("multipath=4m@15s"),)), demand, 60.0)
+    assert bounced > sound + 1.0
+
+
+@pytest.mark.parametrize(
+    "spec", ["baro_step=5m@15s", "mag_disturb=0.2@15s", "sensor_stuck=baro@15s", "sensor_stuck=mag@15s"]
+)
+def test_what_other_senses_contradict_does_not_move_it(flying, demand, spec):
+    one = flying(faults=(parse_fault(spec),))
+    assert hover_until(one, demand, 35.0) < 0.4
+    assert abs(to_yaw(one.truth.q_ned_frd)) < 0.05
+
+
+def test_a_barometer_that_steps_is_seen_in_its_reading(flying, demand):
+    one = flying(faults=(parse_fault("baro_step=5m@15s+1s"),))
+    before = one.baro.alt_amsl_m
+    one.advance(15_500_000, demand((0.0, 0.0, -10.0), yaw=0.0))
+    assert one.baro.alt_amsl_m - before == pytest.approx(5.0, abs=0.8)
+    one.advance(17_000_000, demand((0.0, 0.0, -10.0), yaw=0.0))
+    assert one.baro.alt_amsl_m - before == pytest.approx(0.0, abs=0.8)
+
+
+def test_a_gyro_that_sticks_is_the_end_of_the_flight(flying, demand):
+    """One IMU, no other to fall back to: nothing hides that."""
+    one = flying(faults=(parse_fault("sensor_stuck=gyro@15s"),), wind_ned_mps=(3.0, 0.0, 0.0), gusts=True)
+    assert hover_until(one, demand, 30.0) > 5.0
+
+
+def test_a_discharged_pack_has_what_the_fault_left_it_and_flies_on(flying, demand):
+    one = flying(faults=(parse_fault("battery=critical@15s"),))
+    hover_until(one, demand, 14.0)
+    full_v = one.battery.voltage_v
+    assert 0.1 < hover_until(one, demand, 16.0) < 0.6  # the weaker pack lets it sag at first
+    assert one.charge_left == pytest.approx(0.06, abs=0.002)
+    assert one.battery.voltage_v < full_v - 1.0
+
+
+def test_faults_may_come_and_go_in_flight(flying, demand):
+    one, hold = flying(), demand((0.0, 0.0, -10.0), yaw=0.0)
+    one.inject(parse_fault("gps_loss@0s"))
+    one.inject(parse_fault("battery=low@0s"))
+    one.advance(15_000_000, hold)
+    assert one.gps is None and one.charge_left == pytest.approx(0.14, abs=0.004)
+    one.heal(GpsLoss)
+    one.advance(17_000_000, hold)
+    assert one.gps is not None and one.charge_left < 0.14
+
+
+def test_a_pack_that_a_fault_discharged_is_not_discharged_again_by_a_restore(flying, demand):
+    one, hold = flying(faults=(parse_fault("battery=50%@15s"),)), demand((0.0, 0.0, -10.0), yaw=0.0)
+    one.advance(20_000_000, hold)
+    left, state = one.charge_left, one.snapshot()
+    one.advance(25_000_000, hold)
+    one.restore(state)
+    assert one.charge_left == left < 0.4999
 
 
 @pytest.fixture(scope="module")

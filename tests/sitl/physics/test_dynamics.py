@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sitl.geo import GRAVITY_MPS2
-from sitl.physics.dynamics import STEP_S, new_body, new_plant, step
+from sitl.physics.dynamics import STEP_S, cushion, new_body, new_plant, step
 from sitl.rotation import from_euler, rotate, to_yaw
 
 STILL = np.zeros(4)
@@ -148,3 +148,28 @@ def test_the_ground_lies_where_it_is_put(x500):
     body = new_body(LEVEL, (0.0, 0.0, -5.0))
     fly(as_record(body), as_record(plant), STILL, 4.0)
     assert body["position_ned_m"][0][2] == pytest.approx(-3.0, abs=2e-3)
+
+
+def test_near_the_ground_each_rotor_gains_what_cheeseman_and_bennett_say(x500, plant):
+    """1 / (1 - (R/4z)²): 6.7 % one radius up, 1.6 % two up, nothing above ten."""
+    p, radius = as_record(plant)[0], x500.rotors.radius_m
+    rotor_m = -x500.rotors.position_frd_m[0, 2]
+    for radii, gain in ((1.0, 1.0667), (2.0, 1.0159), (4.0, 1.0039), (30.0, 1.0)):
+        centre_down = plant["ground_down_m"][0] - radii * radius + rotor_m
+        cushion((0.0, 0.0, centre_down), LEVEL, p)
+        np.testing.assert_allclose(plant["cushion"][0], gain, atol=1e-4)
+
+
+def test_a_bank_near_the_ground_lifts_the_lower_side_more(plant):
+    cushion((0.0, 0.0, -0.1), from_euler(0.2, 0.0, 0.0), as_record(plant)[0])
+    front_right, rear_left, front_left, rear_right = plant["cushion"][0]
+    assert front_right == rear_right > front_left == rear_left > 1.0
+
+
+def test_hover_speed_climbs_off_the_ground_and_hovers_higher_up(plant, x500):
+    body = new_body(LEVEL, (0.0, 0.0, -0.05))
+    body["rotor_speed_radps"] = hover_speed(x500)
+    fly(as_record(body), as_record(plant), hover_speed(x500), 0.5)
+    height_m = 0.05 + 0.5 + 0.2
+    gain = 1.0 / (1.0 - (x500.rotors.radius_m / (4.0 * (height_m - 0.5 + 0.06))) ** 2) - 1.0
+    assert 0.3 * gain * GRAVITY_MPS2 * 0.5 < -body["velocity_ned_mps"][0][2] < 2.0 * gain * GRAVITY_MPS2 * 0.5

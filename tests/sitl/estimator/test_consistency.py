@@ -1,0 +1,30 @@
+"""The estimator errs as it says; tests/bench/bench_consistency.py shows it over 100 seeds."""
+
+import numpy as np
+import pytest
+from consistency import DOF, STATES, as_modelled, bounds, fly
+
+SEEDS = 16
+
+
+@pytest.fixture(scope="module")
+def modelled(x500):
+    return [fly(seed=seed, seconds=20.0, **as_modelled(x500)) for seed in range(SEEDS)]
+
+
+def test_with_senses_as_modelled_mean_nees_is_within_its_95_percent_bounds(modelled):
+    low, high = bounds(STATES, SEEDS)
+    assert low < np.mean([flown.nees for flown in modelled]) < high
+
+
+@pytest.mark.parametrize("sense", DOF)
+def test_with_senses_as_modelled_mean_nis_is_within_its_95_percent_bounds(modelled, sense):
+    looks = np.array([flown.nis[sense] for flown in modelled])
+    low, high = bounds(DOF[sense], looks.size)
+    assert low < looks.mean() < high
+
+
+@pytest.mark.parametrize("gps", ["rtk", "standard"])
+def test_with_the_full_senses_mean_nees_is_near_its_degrees_of_freedom(x500, gps):
+    nees = [fly(x500, seed, seconds=20.0, gps=gps).nees for seed in range(8)]
+    assert 0.7 < np.mean(nees) < 1.3
