@@ -120,11 +120,11 @@ class Simulator:
 
     def inject(self, fault: Fault) -> None:
         """Have that go wrong too, from its start or, if that has passed, from now."""
-        self._craft.vehicle.inject(fault)
+        self._craft.inject(fault)
 
     def heal(self, kind: type[Fault]) -> None:
         """End all faults of that kind."""
-        self._craft.vehicle.heal(kind)
+        self._craft.heal(kind)
 
     def take_events(self) -> tuple[Event, ...]:
         """What happened since the last call; `step` calls it."""
@@ -248,6 +248,14 @@ class _Craft:
         """Change a parameter of the vehicle, its commander, or both."""
         self.parameters.set(name, value)
         self.vehicle.params = self.parameters.vehicle_params
+
+    def inject(self, fault: Fault) -> None:
+        """Have that go wrong too."""
+        self.vehicle.inject(fault)
+
+    def heal(self, kind: type[Fault]) -> None:
+        """End all faults of that kind."""
+        self.vehicle.heal(kind)
 
     def report(self) -> Report:
         """All that there is to tell now."""

@@ -37,6 +37,7 @@ _RESET_AFTER = 70  # fixes, 7 s: PX4's reset_timeout_max
 _DEAD_RECKONING_FRAMES = 500  # PX4's EKF2_NOAID_TOUT, 5 s
 _BARO_BIAS_TIME_S = 30.0
 _FIX_S = 0.1
+_ALONE_FRAMES = 100  # so long without fixes, and the height is the barometer's, which drifts
 _TURN_TIME_S = 3.0
 """A turn takes about this long: over it an error of scale is no noise but adds up."""
 _PLACE_H, _SPEED_H = np.eye(3, STATES), np.eye(3, STATES, 3)
@@ -122,6 +123,8 @@ class Ekf:
         lat, lon, alt = book["origin"].tolist()
         z = np.array([*ned_of_geodetic((lat, lon, alt), tuple(fix[:3].tolist())), *fix[3:].tolist()])
         params, pose, fuse = self.params, self._pose, self.filter.fuse
+        if frame - book["fix_frame"] > _ALONE_FRAMES:
+            self.filter.P[2, 2] += self._senses.baro_drift_m**2
         moved = fuse(z[3:], pose[3:], _SPEED_H, self._speed_R, params["EKF2_GPS_V_GATE"])
         placed = fuse(z[:3], pose[:3], _PLACE_H, self._place_R, params["EKF2_GPS_P_GATE"])
         book["rejected"] = 0 if placed else book["rejected"] + 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from sitl.faults import Fault
 from sitl.link.parameters import ParameterTable
 from sitl.link.report import Report
 from sitl.orders import Order, Verdict
@@ -35,6 +36,12 @@ class Helm(Protocol):
 
     def steer(self, setpoint: Setpoint) -> None:
         """Take an OFFBOARD setpoint."""
+
+    def inject(self, fault: Fault) -> None:
+        """Have that go wrong too, from its start or, if that has passed, from now."""
+
+    def heal(self, kind: type[Fault]) -> None:
+        """End all faults of that kind."""
 
     def attitude(self) -> FloatArray:
         """The attitude `q_ned_frd`, as estimated."""

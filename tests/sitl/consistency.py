@@ -85,13 +85,17 @@ def error(one: Vehicle) -> tuple[np.ndarray, np.ndarray]:
     return e, P
 
 
+def demand(p=_NOTHING, v=_NOTHING, a=_NOTHING, armed=True) -> Demand:
+    """What to fly, nose north."""
+    return Demand(armed, False, Setpoint(vector(p), vector(v), vector(a), 0.0, math.nan))
+
+
+DISARMED = demand(armed=False)
+
+
 def circle(seconds: float) -> Iterator[tuple[int, Demand]]:
     """10 m at 3 m/s by 50 Hz setpoints, after 15 s of climb: until when, and what."""
-
-    def demand(p, v=_NOTHING, a=_NOTHING, armed=True) -> Demand:
-        return Demand(armed, False, Setpoint(vector(p), vector(v), vector(a), 0.0, math.nan))
-
-    yield 3_000_000, demand(_NOTHING, armed=False)
+    yield 3_000_000, DISARMED
     yield 18_000_000, demand((10.0, 0.0, -10.0))
     for k in range(round(50 * seconds)):
         c, s = math.cos(0.006 * k), math.sin(0.006 * k)

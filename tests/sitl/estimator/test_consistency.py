@@ -2,7 +2,11 @@
 
 import numpy as np
 import pytest
-from consistency import DOF, STATES, as_modelled, bounds, fly
+from consistency import DISARMED, DOF, STATES, as_modelled, bounds, fly
+
+from sitl.params import Params
+from sitl.signals import GeoPoint
+from sitl.vehicle import Vehicle, VehicleConfig
 
 SEEDS = 16
 
@@ -28,3 +32,15 @@ def test_with_senses_as_modelled_mean_nis_is_within_its_95_percent_bounds(modell
 def test_with_the_full_senses_mean_nees_is_near_its_degrees_of_freedom(x500, gps):
     nees = [fly(x500, seed, seconds=20.0, gps=gps).nees for seed in range(8)]
     assert 0.7 < np.mean(nees) < 1.3
+
+
+def test_the_barometers_offset_is_the_mean_over_the_first_fixes(x500):
+    """After ten seconds on the ground it errs by far less than one sample does."""
+    config = as_modelled(x500)
+    errors = []
+    for seed in range(12):
+        home = GeoPoint(19.4332, -99.1412, 2240.0)
+        one = Vehicle(VehicleConfig(config["airframe"], Params(), home, seed=seed, gps=config["gps"]))
+        one.advance(10_000_000, DISARMED)
+        errors.append(float(one._ekf.book["baro_bias_m"][0]))
+    assert np.std(errors) < 0.3 * x500.senses.baro_noise_m
