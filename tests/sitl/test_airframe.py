@@ -2,21 +2,47 @@ import numpy as np
 import pytest
 
 from sitl.airframe import load_airframe
+from sitl.params import Params
+
+BUNDLED = ["7inch", "camera", "x500"]
 
 
-def test_the_x500_hovers_at_its_hover_thrust(x500):
-    greatest = 4.0 * x500.rotors.thrust_n_per_radps2 * x500.rotors.speed_max_radps**2
-    assert x500.body.mass_kg * 9.80665 / greatest == pytest.approx(x500.params["MPC_THR_HOVER"], abs=1e-3)
+@pytest.mark.parametrize("name", BUNDLED)
+def test_an_airframe_hovers_at_its_hover_thrust(name):
+    one = load_airframe(name)
+    greatest = 4.0 * one.rotors.thrust_n_per_radps2 * one.rotors.speed_max_radps**2
+    assert one.body.mass_kg * 9.80665 / greatest == pytest.approx(one.params["MPC_THR_HOVER"], abs=1e-3)
+    Params(one.params)
 
 
-def test_the_x500_stands_in_px4s_motor_order(x500):
-    front, right = np.sign(x500.rotors.position_frd_m[:, :2]).T
+@pytest.mark.parametrize("name", BUNDLED)
+def test_an_airframe_stands_in_px4s_motor_order(name):
+    rotors = load_airframe(name).rotors
+    front, right = np.sign(rotors.position_frd_m[:, :2]).T
     assert front.tolist() == [1, -1, 1, -1] and right.tolist() == [1, -1, -1, 1]
-    assert x500.rotors.spin.tolist() == [1, 1, -1, -1]
+    assert rotors.spin.tolist() == [1, 1, -1, -1]
+
+
+@pytest.mark.parametrize("name", BUNDLED)
+def test_a_full_unit_of_torque_turns_every_airframe_as_fast_by_its_gains(name, x500):
+    """Gain times greatest torque by inertia: the bandwidth of the rate loop is the x500's, within 2 %."""
+
+    def bandwidth(one):
+        r, gains = one.rotors, Params(one.params)
+        thrust = 4.0 * r.thrust_n_per_radps2 * r.speed_max_radps**2
+        arms = (
+            abs(r.position_frd_m[0, 1]) / 2**0.5,
+            abs(r.position_frd_m[0, 0]) / 2**0.5,
+            r.torque_per_thrust_m,
+        )
+        names = "MC_ROLLRATE_P", "MC_PITCHRATE_P", "MC_YAWRATE_P"
+        return np.array([gains[name] for name in names]) * thrust * np.array(arms) / one.body.inertia_kgm2
+
+    np.testing.assert_allclose(bandwidth(load_airframe(name)), bandwidth(x500), rtol=0.02)
 
 
 def test_an_unknown_name_lists_the_known_ones():
-    with pytest.raises(ValueError, match="no airframe 'x501'; bundled: x500"):
+    with pytest.raises(ValueError, match="no airframe 'x501'; bundled: 7inch, camera, x500; or give"):
         load_airframe("x501")
 
 
