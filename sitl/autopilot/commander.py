@@ -11,14 +11,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from sitl.autopilot.arming import home_of, idle_limit_us, is_ready, why_not_arm
-from sitl.autopilot.course import begin_course
+from sitl.autopilot.errands import change_speed, circle, orbit_run, reposition
 from sitl.autopilot.memory import NOTHING, CommanderState
-from sitl.autopilot.modes import MODES, climbs, repositioned
+from sitl.autopilot.modes import MODES, climbs
 from sitl.autopilot.offboard import commands_every_axis, is_streamed, mode_after_loss
 from sitl.autopilot.planning import leave_mission, shoot, stand_down_mission, take_plan
-from sitl.autopilot.progress import briefing_of, proceed
+from sitl.autopilot.progress import proceed
 from sitl.orders import (
     Arm,
+    ChangeSpeed,
     Condition,
     Disarm,
     FlightStatus,
@@ -26,6 +27,7 @@ from sitl.orders import (
     Landed,
     Mode,
     Notice,
+    Orbit,
     Order,
     Reposition,
     Severity,
@@ -93,7 +95,18 @@ class Commander:
                 self._state.takeoff_alt_amsl_m = math.nan
                 return self._switch(mode, condition)
             case Reposition():
-                return self._reposition(order, condition)
+                return reposition(
+                    self._state, order, condition, self.parameters, flies=self._may_fly(condition)
+                )
+            case Orbit():
+                verdict = circle(
+                    self._state, order, condition, self.parameters, flies=self._may_fly(condition)
+                )
+                if verdict is not Verdict.ACCEPTED:
+                    self._notify(condition, Severity.CRITICAL, "Orbit command rejected")
+                return verdict
+            case ChangeSpeed():
+                return change_speed(self._state, order)
             case TakePlan():
                 for notice in take_plan(self._state, order, condition, self.parameters):
                     self._notify(condition, *notice)
@@ -160,6 +173,7 @@ class Commander:
             plans=state.plans,
             run=state.run,
             mission_ok=state.mission_ok,
+            orbit=orbit_run(state, condition),
         )
 
     @property
@@ -234,19 +248,7 @@ class Commander:
             leave_mission(state)
         if state.conduct is not mode or mode is Mode.TAKEOFF:
             state.steering = state.course = None
-        state.mode, state.failsafe = mode, None
-        return Verdict.ACCEPTED
-
-    def _reposition(self, order: Reposition, condition: Condition) -> Verdict:
-        state, origin = self._state, condition.origin
-        if origin is None or not condition.estimate.position_ok:
-            return Verdict.NOT_NOW
-        leave_mission(state)
-        state.mode, state.failsafe = Mode.HOLD, None
-        if not self._may_fly(condition):
-            return Verdict.ACCEPTED
-        course = begin_course(Mode.HOLD, briefing_of(state, condition, self.parameters))
-        state.course = replace(course, route=(repositioned(order, origin, course.route[-1]),))
+        state.mode, state.failsafe, state.speed_mps = mode, None, math.nan
         return Verdict.ACCEPTED
 
     def _go_to(self, seq: int) -> Verdict:

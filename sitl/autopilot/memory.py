@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from sitl.autopilot.course import Course
 from sitl.autopilot.mission import MissionCourse
+from sitl.autopilot.orbit import OrbitCourse
 from sitl.autopilot.payload import Payload
 from sitl.orders import Home, Mode, Notice, Shot
 from sitl.plans import MissionRun, Plans
@@ -32,9 +33,11 @@ class CommanderState:
     failsafe: Mode | None = None
     """What is done instead of `mode` while setpoints are missing."""
     takeoff_alt_amsl_m: float = math.nan
+    speed_mps: float = math.nan
+    """What DO_CHANGE_SPEED asked for, until the mode changes; NaN is the usual speed."""
     steering: Setpoint | None = None
     steered_at_us: int | None = None
-    course: Course | MissionCourse | None = None
+    course: Course | MissionCourse | OrbitCourse | None = None
     setpoint: Setpoint = NOTHING
     home: Home | None = None
     plans: Plans = field(default_factory=Plans)
