@@ -21,7 +21,7 @@ from sitl.link.missions import MISSION_MESSAGES, PROGRESS, PlanService
 from sitl.link.parameters import ParameterService
 from sitl.link.px4_status import MODE_OF_CODE, STATUS, status_texts
 from sitl.link.report import Report
-from sitl.link.setpoints import setpoint_of
+from sitl.link.setpoints import attitude_setpoint_of, setpoint_of
 from sitl.link.signing import Signer
 from sitl.link.streams import Schedule, Streams
 from sitl.link.telemetry import TELEMETRY, Builder
@@ -31,6 +31,7 @@ __all__ = ["Px4Link", "Px4LinkState"]
 
 _HEARTBEAT = message_type("HEARTBEAT")
 _SET_POSITION_TARGET = message_type("SET_POSITION_TARGET_LOCAL_NED")
+_SET_ATTITUDE_TARGET = message_type("SET_ATTITUDE_TARGET")
 _COMMAND_LONG = message_type("COMMAND_LONG")
 _COMMAND_INT = message_type("COMMAND_INT")
 _COMMAND_ACK = message_type("COMMAND_ACK")
@@ -183,7 +184,10 @@ class Px4Link:
     def _on_setpoint(self, received: Received, helm: Helm) -> list[Message]:
         message = received.message
         if message.target_system in (self._codec.system, 0) and message.target_component in (_OURS, _ANY):
-            setpoint = setpoint_of(message, helm.attitude)
+            if type(message) is _SET_ATTITUDE_TARGET:
+                setpoint = attitude_setpoint_of(message)
+            else:
+                setpoint = setpoint_of(message, helm.attitude)
             if setpoint is not None:
                 helm.steer(setpoint)
         return []
@@ -285,6 +289,7 @@ def _number(value: float) -> int:
 _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message]]] = {
     _HEARTBEAT: Px4Link._on_heartbeat,
     _SET_POSITION_TARGET: Px4Link._on_setpoint,
+    _SET_ATTITUDE_TARGET: Px4Link._on_setpoint,
     _COMMAND_LONG: Px4Link._on_command,
     _COMMAND_INT: Px4Link._on_command,
     _SET_MODE: Px4Link._on_set_mode,
