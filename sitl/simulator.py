@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from sitl.autopilot.commander import Commander, CommanderState
+from sitl.faults import Fault
 from sitl.link.parameters import ParameterTable, TableState
 from sitl.link.px4 import Px4Link, Px4LinkState
 from sitl.link.report import Report
@@ -205,6 +206,14 @@ class _Craft:
     def steer(self, setpoint: Setpoint) -> None:
         """Take an OFFBOARD setpoint."""
         self.commander.steer(setpoint, self.vehicle)
+
+    def inject(self, fault: Fault) -> None:
+        """Have that go wrong."""
+        self.vehicle.inject(fault)
+
+    def heal(self, kind: type[Fault]) -> None:
+        """End all faults of that kind."""
+        self.vehicle.heal(kind)
 
     def attitude(self) -> FloatArray:
         """The attitude `q_ned_frd`, as estimated."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from sitl.faults import Fault
 from sitl.link.parameters import ParameterTable
 from sitl.link.report import Report
 from sitl.orders import Order, Verdict
@@ -38,6 +39,12 @@ class Helm(Protocol):
 
     def attitude(self) -> FloatArray:
         """The attitude `q_ned_frd`, as estimated."""
+
+    def inject(self, fault: Fault) -> None:
+        """Have that go wrong."""
+
+    def heal(self, kind: type[Fault]) -> None:
+        """End all faults of that kind."""
 
     def report(self) -> Report:
         """All that there is to tell now."""

@@ -14,6 +14,7 @@ from pymavlink.dialects.v20 import common
 
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import ORDERS, Command, command_of
+from sitl.link.failures import failure_of
 from sitl.link.helm import Helm
 from sitl.link.instruments import INSTRUMENTS, image_captured
 from sitl.link.messages import Message, MessageType, message_type
@@ -246,6 +247,22 @@ class Px4Link:
             return [_ack(command.number, common.MAV_RESULT_DENIED, received)]
         return [message, _ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
+    def _inject_failure(self, command: Command, received: Received, helm: Helm) -> list[Message]:
+        """Only where SYS_FAILURE_EN allows it, as in PX4."""
+        failure = failure_of(command, helm.time_us)
+        if not helm.parameters["SYS_FAILURE_EN"]:
+            result = common.MAV_RESULT_DENIED
+        elif failure is None:
+            result = common.MAV_RESULT_UNSUPPORTED
+        elif isinstance(failure, tuple):
+            result = common.MAV_RESULT_ACCEPTED
+            for fault in failure:
+                helm.inject(fault)
+        else:
+            result = common.MAV_RESULT_ACCEPTED
+            helm.heal(failure)
+        return [_ack(command.number, result, received)]
+
     def _request_version(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         version = command._replace(param1=float(_AUTOPILOT_VERSION.ID))
         return self._request_message(version, received, helm)
@@ -300,6 +317,7 @@ _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message
 }
 _COMMANDS: Mapping[int, Callable[[Px4Link, Command, Received, Helm], list[Message]]] = {
     common.MAV_CMD_DO_SET_MODE: Px4Link._do_set_mode,
+    common.MAV_CMD_INJECT_FAILURE: Px4Link._inject_failure,
     common.MAV_CMD_REQUEST_MESSAGE: Px4Link._request_message,
     common.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: Px4Link._request_version,
     common.MAV_CMD_SET_MESSAGE_INTERVAL: Px4Link._set_interval,
