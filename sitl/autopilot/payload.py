@@ -128,7 +128,8 @@ def _start(payload: Payload, item: PlanItem, _: Home | None) -> Payload:
     interval_s, count = item.params[1], item.params[2]
     if count == 1.0 or not interval_s > 0.0:
         return replace(payload, snap=True)
-    return replace(payload, interval_s=interval_s, shots_left=int(count) if count > 0.0 else -1, last_us=None)
+    shots_left = int(count) if 0.0 < count < math.inf else _FOREVER
+    return replace(payload, interval_s=interval_s, shots_left=shots_left, last_us=None)
 
 
 def _stop(payload: Payload, _item: PlanItem, _: Home | None) -> Payload:
