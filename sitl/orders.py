@@ -23,6 +23,7 @@ __all__ = [
     "Orbit",
     "OrbitRun",
     "Order",
+    "PayloadStatus",
     "Reposition",
     "Severity",
     "Shot",
@@ -236,6 +237,20 @@ class Condition(Protocol):
         """The land detector's verdict."""
 
 
+@dataclass(frozen=True, slots=True)
+class PayloadStatus:
+    """What camera and gimbal are at. `controller` is the system and component that the gimbal listens to."""
+
+    shots: int = 0
+    interval_s: float = 0.0
+    gimbal_pitch_rad: float = 0.0
+    gimbal_yaw_rad: float = 0.0
+    controller: tuple[int, int] = (0, 0)
+
+
+_NO_PAYLOAD = PayloadStatus()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FlightStatus:
     """What the commander says of itself."""
@@ -251,3 +266,4 @@ class FlightStatus:
     run: MissionRun
     mission_ok: bool
     orbit: OrbitRun | None = None
+    payload: PayloadStatus = _NO_PAYLOAD

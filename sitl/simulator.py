@@ -29,7 +29,7 @@ class SimulatorConfig:
     """Everything that decides a flight besides the bytes that come in.
 
     `loss_scale` stretches the time after which setpoints count as lost: PX4 sets it to its speed-up. With `signing`
-    the links sign what they send and take nothing that is not signed.
+    the links sign what they send and take nothing that is not signed. With `camera` a camera on a gimbal answers.
     """
 
     vehicle: VehicleConfig
@@ -37,6 +37,7 @@ class SimulatorConfig:
     instance: int = 0
     loss_scale: float = 1.0
     signing: Signing | None = None
+    camera: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +78,8 @@ class Simulator:
         self._craft = _Craft(config)
         self._signer = None if config.signing is None else Signer(config.signing)
         self._links = tuple(
-            Px4Link(config.instance + 1, rates_hz, self._signer) for rates_hz in _LINK_RATES_HZ
+            Px4Link(config.instance + 1, rates_hz, self._signer, camera=config.camera)
+            for rates_hz in _LINK_RATES_HZ
         )
 
     def step(self, now_us: int, received: bytes) -> Step:

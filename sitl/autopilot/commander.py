@@ -174,6 +174,7 @@ class Commander:
             run=state.run,
             mission_ok=state.mission_ok,
             orbit=orbit_run(state, condition),
+            payload=state.payload.status,
         )
 
     @property

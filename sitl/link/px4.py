@@ -12,9 +12,11 @@ from dataclasses import dataclass, replace
 
 from pymavlink.dialects.v20 import common
 
+from sitl.link.camera import Camera, CameraState
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import ORDERS, Command, command_of
 from sitl.link.failures import failure_of
+from sitl.link.gimbal import GIMBAL, claimed
 from sitl.link.helm import Helm
 from sitl.link.instruments import INSTRUMENTS, image_captured
 from sitl.link.messages import Message, MessageType, message_type
@@ -71,13 +73,23 @@ class Px4LinkState:
     told_origin: Message | None
     ping_sequence: int
     text_number: int
+    camera: CameraState | None = None
 
 
 class Px4Link:
-    """One MAVLink instance of a PX4 vehicle."""
+    """One MAVLink instance of a PX4 vehicle; with `camera`, of one that carries a camera on a gimbal."""
 
-    def __init__(self, system: int, rates_hz: Mapping[str, float], signer: Signer | None = None) -> None:
+    def __init__(
+        self,
+        system: int,
+        rates_hz: Mapping[str, float],
+        signer: Signer | None = None,
+        *,
+        camera: bool = False,
+    ) -> None:
         self._codec = Codec(system, _OURS, signer)
+        self._camera = Camera(system, signer) if camera else None
+        self._builders = {**_BUILDERS, **GIMBAL} if camera else _BUILDERS
         self._streams = Streams(rates_hz)
         self._parameters = ParameterService()
         self._plans = PlanService()
@@ -92,6 +104,8 @@ class Px4Link:
         """Take what came in, and say what is to be answered at once."""
         out = b""
         for received in self._codec.decode(data):
+            if self._camera is not None and self._camera.is_meant(received.message):
+                out += self._camera.receive(received, helm)
             handle = _HANDLERS.get(type(received.message))
             if handle is not None:
                 for answer in handle(self, received, helm):
@@ -100,7 +114,7 @@ class Px4Link:
 
     def send(self, helm: Helm) -> bytes:
         """What is to be sent unasked in this frame."""
-        out = b""
+        out = b"" if self._camera is None else self._camera.send(helm.time_us)
         verdicts, self._verdicts = self._verdicts, ()
         for message in verdicts:
             out += self._codec.encode(message)
@@ -126,6 +140,8 @@ class Px4Link:
 
     def show(self, shot: Shot) -> bytes:
         """The picture that was taken, for whoever listens."""
+        if self._camera is not None:
+            return self._camera.show(shot)
         return self._codec.encode(image_captured(shot))
 
     def take_heartbeats(self) -> list[Received]:
@@ -149,6 +165,7 @@ class Px4Link:
             self._told_origin,
             self._ping_sequence,
             self._text_number,
+            None if self._camera is None else self._camera.snapshot(),
         )
 
     def restore(self, state: Px4LinkState) -> None:
@@ -158,6 +175,8 @@ class Px4Link:
         self._parameters, self._plans = replace(state.parameters), replace(state.plans)
         self._verdicts, self._hears_gcs = state.verdicts, state.hears_gcs
         self._told_origin = state.told_origin
+        if self._camera is not None and state.camera is not None:
+            self._camera.restore(state.camera)
         self._ping_sequence, self._text_number = state.ping_sequence, state.text_number
 
     def _telemetry(self, message_id: int, report: Report) -> Message | None:
@@ -167,7 +186,7 @@ class Px4Link:
             return _PING(report.time_us, self._ping_sequence, 0, 0)
         if message_id == _TIMESYNC.ID:
             return _TIMESYNC(0, report.time_us * 1000)
-        message = _BUILDERS[message_id](report)
+        message = self._builders[message_id](report)
         if message_id == _GPS_GLOBAL_ORIGIN.ID:
             if message is None or message[:3] == self._told_origin:
                 return None
@@ -229,6 +248,8 @@ class Px4Link:
         order_of = ORDERS.get(command.number)
         if order_of is None:
             return [_ack(command.number, common.MAV_RESULT_UNSUPPORTED, received)]
+        if command.number == common.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE:
+            command = claimed(command, received)
         order = order_of(command, helm.report().flight)
         result = common.MAV_RESULT_DENIED if order is None else _RESULTS[helm.obey(order)]
         return [_ack(command.number, result, received)]
@@ -241,7 +262,7 @@ class Px4Link:
         return [_ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
     def _request_message(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        builder = _BUILDERS.get(_number(command.param1))
+        builder = self._builders.get(_number(command.param1))
         message = None if builder is None else builder(helm.report())
         if message is None:
             return [_ack(command.number, common.MAV_RESULT_DENIED, received)]
@@ -269,7 +290,7 @@ class Px4Link:
 
     def _set_interval(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         message_id = _number(command.param1)
-        unknown = message_id not in _BUILDERS and message_id not in (_PING.ID, _TIMESYNC.ID)
+        unknown = message_id not in self._builders and message_id not in (_PING.ID, _TIMESYNC.ID)
         silenced = message_id == _HEARTBEAT.ID and not 0.0 <= command.param2 <= _HEARTBEAT_LIMIT_US
         if unknown or silenced:
             return [_ack(command.number, common.MAV_RESULT_FAILED, received)]
