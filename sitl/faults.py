@@ -259,7 +259,9 @@ def parse_fault(spec: str) -> Fault:
         raise ValueError(f"fault {spec!r}: unknown {name!r}; known: {', '.join(_KINDS)}")
     kind = _KINDS[name]
     if match["start"] is None and kind.needs_start:
-        raise ValueError(f"fault {spec!r}: no start; wanted NAME[=VALUE]@START[+DURATION], like {kind.example}")
+        raise ValueError(
+            f"fault {spec!r}: no start; wanted NAME[=VALUE]@START[+DURATION], like {kind.example}"
+        )
     start_us = round(float(match["start"] or 0) * 1e6)
     end_us = None if match["duration"] is None else start_us + round(float(match["duration"]) * 1e6)
     try:

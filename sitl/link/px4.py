@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import common
 from sitl.link.camera import Camera, CameraState
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import ORDERS, Command, command_of
-from sitl.link.failures import failure_of
+from sitl.link.failures import begun_by, ended_by
 from sitl.link.gimbal import GIMBAL, claimed
 from sitl.link.helm import Helm
 from sitl.link.instruments import INSTRUMENTS, image_captured
@@ -270,18 +270,17 @@ class Px4Link:
 
     def _inject_failure(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         """Only where SYS_FAILURE_EN allows it, as in PX4."""
-        failure = failure_of(command, helm.time_us)
+        begun, ended = begun_by(command, helm.time_us), ended_by(command)
         if not helm.parameters["SYS_FAILURE_EN"]:
             result = common.MAV_RESULT_DENIED
-        elif failure is None:
+        elif not begun and not ended:
             result = common.MAV_RESULT_UNSUPPORTED
-        elif isinstance(failure, tuple):
-            result = common.MAV_RESULT_ACCEPTED
-            for fault in failure:
-                helm.inject(fault)
         else:
             result = common.MAV_RESULT_ACCEPTED
-            helm.heal(failure)
+            for fault in begun:
+                helm.inject(fault)
+            for kind in ended:
+                helm.heal(kind)
         return [_ack(command.number, result, received)]
 
     def _request_version(self, command: Command, received: Received, helm: Helm) -> list[Message]:

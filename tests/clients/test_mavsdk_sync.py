@@ -302,6 +302,6 @@ def test_failures_are_disabled_until_the_parameter_says_otherwise(drone):
     drone.failure.inject(FailureUnit.SENSOR_GPS, FailureType.OK, 0)
     wait(drone.telemetry.health_all_ok)
     with pytest.raises(FailureError) as error:
-        drone.failure.inject(FailureUnit.SENSOR_BARO, FailureType.STUCK, 0)
+        drone.failure.inject(FailureUnit.SENSOR_BARO, FailureType.SLOW, 0)
     assert error.value.result is FailureResult.UNSUPPORTED
     drone.param.set_param_int("SYS_FAILURE_EN", 0)

@@ -47,16 +47,36 @@ def test_a_motor_that_is_off_brings_it_down(failing, pick):
 @pytest.mark.parametrize(
     ("unit", "kind", "instance"),
     [
-        (BARO, STUCK, 0),
+        (BARO, OFF, 0),
         (MOTOR, OFF, 9),
         (MOTOR, OFF, -1),
-        (GPS, STUCK, 0),
+        (GPS, STUCK, 3),
         (math.nan, OFF, 0),
         (GPS, math.inf, 0),
     ],
 )
 def test_what_cannot_fail_here_is_unsupported(failing, pick, unit, kind, instance):
     assert inject(failing, pick, unit, kind, instance) == [3]
+
+
+def test_a_barometer_that_is_stuck_says_the_same_until_it_is_well(failing, pick):
+    failing.live(1.0)
+
+    def heights():
+        return {failing.live(0.1) and failing.simulator.report.instruments.baro.alt_amsl_m for _ in range(10)}
+
+    assert len(heights()) > 5
+    assert inject(failing, pick, BARO, STUCK) == [0]
+    assert len(heights()) == 1
+    assert inject(failing, pick, BARO, OK) == [0]
+    assert len(heights()) > 5
+
+
+def test_a_battery_that_is_off_is_empty(failing, pick):
+    failing.live(1.0)
+    assert inject(failing, pick, 100, OFF) == [0]
+    failing.live(1.0)
+    assert failing.simulator.report.instruments.battery.remaining < 0.01
 
 
 def test_a_failure_survives_a_snapshot(failing, pick):
