@@ -64,6 +64,7 @@ def main(argv: list[str] | None = None) -> int:
         options.autopilot,
         options.instance,
         loss_scale=max(1.0, options.speedup),
+        camera=options.camera,
         signing=None if options.signing is None else Signing(options.signing, signing_timestamp()),
     )
     try:
@@ -154,6 +155,7 @@ def _options() -> argparse.ArgumentParser:
     add("--fault", type=_fault, action="append", default=[], metavar="SPEC",
         help="NAME[=VALUE]@START[+DURATION], such as gps_loss@60s+20s; repeatable")  # fmt: skip
     add("--signing", type=_key, metavar="KEYFILE", help="sign all, and refuse what is not signed")
+    add("--camera", action="store_true", help="it carries a camera on a gimbal that answers MAVLink")
     add("--tlog", type=_log_path, metavar="FILE", help="write down all that passes on the links")
     return parser
 

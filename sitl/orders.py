@@ -11,6 +11,7 @@ from sitl.signals import Estimate, FloatArray, GeoPoint, Setpoint
 
 __all__ = [
     "Arm",
+    "ChangeSpeed",
     "Condition",
     "Disarm",
     "FlightStatus",
@@ -19,7 +20,10 @@ __all__ = [
     "Landed",
     "Mode",
     "Notice",
+    "Orbit",
+    "OrbitRun",
     "Order",
+    "PayloadStatus",
     "Reposition",
     "Severity",
     "Shot",
@@ -42,6 +46,7 @@ class Mode(Enum):
     RETURN = auto()
     LAND = auto()
     OFFBOARD = auto()
+    ORBIT = auto()
 
 
 class Landed(Enum):
@@ -136,7 +141,42 @@ class UsePayload:
     item: PlanItem
 
 
-Order = Arm | Disarm | TakeOff | SwitchMode | Reposition | TakePlan | GoToItem | StartMission | UsePayload
+@dataclass(frozen=True, slots=True)
+class ChangeSpeed:
+    """Fly by itself so fast from now on; `axis` is MAVLink's SPEED_TYPE: 1 ground speed, 2 climb, 3 descent."""
+
+    axis: int
+    speed_mps: float
+
+
+@dataclass(frozen=True, slots=True)
+class Orbit:
+    """Circle round a place, clockwise for a positive radius. NaN leaves it as it is, or to the autopilot.
+
+    `yaw_behaviour` is MAVLink's ORBIT_YAW_BEHAVIOUR.
+    """
+
+    radius_m: float
+    speed_mps: float
+    yaw_behaviour: float
+    lat_deg: float
+    lon_deg: float
+    alt_amsl_m: float
+
+
+Order = (
+    ChangeSpeed
+    | Orbit
+    | Arm
+    | Disarm
+    | TakeOff
+    | SwitchMode
+    | Reposition
+    | TakePlan
+    | GoToItem
+    | StartMission
+    | UsePayload
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -157,6 +197,15 @@ class Notice:
     time_us: int
     severity: Severity
     text: str
+
+
+@dataclass(frozen=True, slots=True)
+class OrbitRun:
+    """An orbit that is flown: its centre (as high as the circle), its radius (positive clockwise), its yaw."""
+
+    centre: GeoPoint
+    radius_m: float
+    yaw_behaviour: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -196,6 +245,20 @@ class Condition(Protocol):
         """The land detector's verdict."""
 
 
+@dataclass(frozen=True, slots=True)
+class PayloadStatus:
+    """What camera and gimbal are at. `controller` is the system and component that the gimbal listens to."""
+
+    shots: int = 0
+    interval_s: float = 0.0
+    gimbal_pitch_rad: float = 0.0
+    gimbal_yaw_rad: float = 0.0
+    controller: tuple[int, int] = (0, 0)
+
+
+_NO_PAYLOAD = PayloadStatus()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FlightStatus:
     """What the commander says of itself."""
@@ -210,3 +273,5 @@ class FlightStatus:
     plans: Plans
     run: MissionRun
     mission_ok: bool
+    orbit: OrbitRun | None = None
+    payload: PayloadStatus = _NO_PAYLOAD

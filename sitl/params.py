@@ -103,6 +103,7 @@ DEFAULTS: Final[Mapping[str, float | int]] = {
     "RTL_LAND_DELAY": 0.0,
     "RTL_MIN_DIST": 10.0,
     "RTL_RETURN_ALT": 30.0,
+    "SYS_FAILURE_EN": 0,
     "THR_MDL_FAC": 0.0,
 }
 """Name to default. A float here is a REAL32 on the link, an int an INT32."""

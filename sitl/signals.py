@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "AttitudeSetpoint",
     "BaroSample",
     "Demand",
     "Estimate",
@@ -121,14 +122,30 @@ class Estimate:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class AttitudeSetpoint:
+    """An attitude and collective thrust (0…1); body rates alone where `q_ned_frd` is None.
+
+    With an attitude only the last of the rates counts: the yaw rate about down, fed forward.
+    """
+
+    q_ned_frd: FloatArray | None
+    rate_frd_radps: FloatArray
+    thrust: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Setpoint:
-    """What the position cascade shall do. NaN marks an axis that is not commanded, as PX4 has it."""
+    """What the position cascade shall do. NaN marks an axis that is not commanded, as PX4 has it.
+
+    An `attitude` goes before all else: position and velocity are not controlled then.
+    """
 
     position_ned_m: FloatArray
     velocity_ned_mps: FloatArray
     acceleration_ned_mps2: FloatArray
     yaw_ned_rad: float
     yaw_rate_ned_radps: float
+    attitude: AttitudeSetpoint | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -34,7 +34,7 @@ class SimulatorConfig:
     """Everything that decides a flight besides the bytes that come in.
 
     `loss_scale` stretches the time after which setpoints count as lost: PX4 sets it to its speed-up. With `signing`
-    the links sign what they send and take nothing that is not signed.
+    the links sign what they send and take nothing that is not signed. With `camera` a camera on a gimbal answers.
     """
 
     vehicle: VehicleConfig
@@ -42,6 +42,7 @@ class SimulatorConfig:
     instance: int = 0
     loss_scale: float = 1.0
     signing: Signing | None = None
+    camera: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +84,8 @@ class Simulator:
         self._craft = _Craft(config)
         self._signer = None if config.signing is None else Signer(config.signing)
         self._links = tuple(
-            Px4Link(config.instance + 1, rates_hz, self._signer) for rates_hz in _LINK_RATES_HZ
+            Px4Link(config.instance + 1, rates_hz, self._signer, camera=config.camera)
+            for rates_hz in _LINK_RATES_HZ
         )
         dice = np.random.SeedSequence([config.vehicle.seed, _LINK_DICE]).spawn(2 * len(self._links))
         self._uplinks = tuple(map(Channel, dice[::2]))

@@ -15,7 +15,7 @@ from sitl.autopilot.velocity import control_velocity
 from sitl.kernels import kernel
 from sitl.params import Params
 from sitl.rotation import to_yaw
-from sitl.signals import Demand, FloatArray
+from sitl.signals import Demand, FloatArray, Setpoint
 
 __all__ = [
     "CASCADE_S",
@@ -41,8 +41,15 @@ DEMAND = np.dtype(
         ("acceleration_ned_mps2", "f8", 3),
         ("yaw_ned_rad", "f8"),
         ("yaw_rate_ned_radps", "f8"),
+        ("by", "i8"),
+        ("q_ned_frd", "f8", 4),
+        ("rate_frd_radps", "f8", 3),
+        ("thrust", "f8"),
     ]
 )
+_BY_POSITION, _BY_ATTITUDE, _BY_RATE = 0, 1, 2
+_LEVEL = (1.0, 0.0, 0.0, 0.0)
+_STILL = (0.0, 0.0, 0.0)
 
 GAINS = np.dtype(
     [
@@ -112,6 +119,7 @@ MIND = np.dtype(
 def set_demand(record: np.ndarray, demand: Demand) -> None:
     """Write `demand` into a DEMAND."""
     setpoint = demand.setpoint
+    attitude = setpoint.attitude
     record[0] = (
         demand.armed,
         demand.idle,
@@ -120,7 +128,18 @@ def set_demand(record: np.ndarray, demand: Demand) -> None:
         setpoint.acceleration_ned_mps2,
         setpoint.yaw_ned_rad,
         setpoint.yaw_rate_ned_radps,
+        _by(setpoint),
+        _LEVEL if attitude is None or attitude.q_ned_frd is None else attitude.q_ned_frd,
+        _STILL if attitude is None else attitude.rate_frd_radps,
+        0.0 if attitude is None else attitude.thrust,
     )
+
+
+def _by(setpoint: Setpoint) -> int:
+    """What the cascade begins with."""
+    if setpoint.attitude is None:
+        return _BY_POSITION
+    return _BY_RATE if setpoint.attitude.q_ned_frd is None else _BY_ATTITUDE
 
 
 def set_gains(record: np.ndarray, params: Params, airframe: Airframe) -> None:
@@ -187,6 +206,29 @@ def _rest(mind: np.record, armed: bool, idle: float, velocity_ned_mps: FloatArra
 
 
 @kernel
+def _steer_by_attitude(
+    mind: np.record,
+    gains: np.record,
+    demand: np.record,
+    velocity_ned_mps: FloatArray,
+    q_ned_frd: FloatArray,
+) -> None:
+    """Set thrust and wanted rates as demanded; position and velocity control rest."""
+    for i in range(3):
+        mind.velocity_before[i] = velocity_ned_mps[i]
+        mind.velocity_slope[i] = 0.0
+    mind.thrust = min(max(demand.thrust, 0.0), 1.0)
+    if demand.by == _BY_ATTITUDE:
+        for i in range(4):
+            mind.q_wanted_ned_frd[i] = demand.q_ned_frd[i]
+        control_attitude(mind, gains, q_ned_frd, demand.rate_frd_radps[2])
+        return
+    for i in range(3):
+        limit = gains.rate_max_radps[i]
+        mind.rate_wanted_frd_radps[i] = min(max(demand.rate_frd_radps[i], -limit), limit)
+
+
+@kernel
 def control(
     mind: np.record,
     gains: np.record,
@@ -199,17 +241,20 @@ def control(
     if not demand.armed or demand.idle:
         _rest(mind, demand.armed != 0, gains.signal_idle, velocity_ned_mps)
         return
-    control_position(mind, gains, demand, position_ned_m)
-    control_velocity(mind, gains, demand, velocity_ned_mps, CASCADE_S)
-    yaw = to_yaw(q_ned_frd) if math.isnan(demand.yaw_ned_rad) else demand.yaw_ned_rad
-    q = attitude_for(mind.thrust_ned, yaw)
-    for i in range(4):
-        mind.q_wanted_ned_frd[i] = q[i]
-    yaw_rate = 0.0 if math.isnan(demand.yaw_rate_ned_radps) else demand.yaw_rate_ned_radps
-    control_attitude(mind, gains, q_ned_frd, yaw_rate)
+    if demand.by == _BY_POSITION:
+        control_position(mind, gains, demand, position_ned_m)
+        control_velocity(mind, gains, demand, velocity_ned_mps, CASCADE_S)
+        yaw = to_yaw(q_ned_frd) if math.isnan(demand.yaw_ned_rad) else demand.yaw_ned_rad
+        q = attitude_for(mind.thrust_ned, yaw)
+        for i in range(4):
+            mind.q_wanted_ned_frd[i] = q[i]
+        yaw_rate = 0.0 if math.isnan(demand.yaw_rate_ned_radps) else demand.yaw_rate_ned_radps
+        control_attitude(mind, gains, q_ned_frd, yaw_rate)
+        t = mind.thrust_ned
+        mind.thrust = math.sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
+    else:
+        _steer_by_attitude(mind, gains, demand, velocity_ned_mps, q_ned_frd)
     control_rate(mind, gains, CASCADE_S)
-    t = mind.thrust_ned
-    mind.thrust = math.sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
     mix(gains.mix, mind.torque, mind.thrust, mind.motors, mind.saturated)
     for i in range(4):
         mind.signals[i] = max(gains.signal_idle, signal_for(mind.motors[i], gains.thrust_model))

@@ -12,15 +12,16 @@ from dataclasses import replace
 
 from sitl.autopilot.arming import home_of, idle_limit_us, is_ready, why_not_arm
 from sitl.autopilot.charge import charge_of
-from sitl.autopilot.course import begin_course
+from sitl.autopilot.errands import change_speed, circle, orbit_run, reposition
 from sitl.autopilot.failsafe import change_conduct, descent, watch_charge
 from sitl.autopilot.memory import NOTHING, CommanderState
-from sitl.autopilot.modes import MODES, climbs, repositioned
+from sitl.autopilot.modes import MODES, climbs
 from sitl.autopilot.offboard import commands_every_axis, is_streamed
 from sitl.autopilot.planning import leave_mission, shoot, stand_down_mission, take_plan
-from sitl.autopilot.progress import briefing_of, proceed
+from sitl.autopilot.progress import proceed
 from sitl.orders import (
     Arm,
+    ChangeSpeed,
     Condition,
     Disarm,
     FlightStatus,
@@ -28,6 +29,7 @@ from sitl.orders import (
     Landed,
     Mode,
     Notice,
+    Orbit,
     Order,
     Reposition,
     Severity,
@@ -96,7 +98,18 @@ class Commander:
                 self._state.takeoff_alt_amsl_m = math.nan
                 return self._switch(mode, condition)
             case Reposition():
-                return self._reposition(order, condition)
+                return reposition(
+                    self._state, order, condition, self.parameters, flies=self._may_fly(condition)
+                )
+            case Orbit():
+                verdict = circle(
+                    self._state, order, condition, self.parameters, flies=self._may_fly(condition)
+                )
+                if verdict is not Verdict.ACCEPTED:
+                    self._notify(condition, Severity.CRITICAL, "Orbit command rejected")
+                return verdict
+            case ChangeSpeed():
+                return change_speed(self._state, order)
             case TakePlan():
                 self._remark(condition, take_plan(self._state, order, condition, self.parameters))
                 return Verdict.ACCEPTED
@@ -167,6 +180,8 @@ class Commander:
             plans=state.plans,
             run=state.run,
             mission_ok=state.mission_ok,
+            orbit=orbit_run(state, condition),
+            payload=state.payload.status,
         )
 
     @property
@@ -243,19 +258,7 @@ class Commander:
             leave_mission(state)
         if state.conduct is not mode or mode is Mode.TAKEOFF:
             state.steering = state.course = None
-        state.mode, state.failsafe, state.for_charge = mode, None, None
-        return Verdict.ACCEPTED
-
-    def _reposition(self, order: Reposition, condition: Condition) -> Verdict:
-        state, origin = self._state, condition.origin
-        if origin is None or not condition.estimate.position_ok:
-            return Verdict.NOT_NOW
-        leave_mission(state)
-        state.mode, state.failsafe, state.for_charge = Mode.HOLD, None, None
-        if not self._may_fly(condition):
-            return Verdict.ACCEPTED
-        course = begin_course(Mode.HOLD, briefing_of(state, condition, self.parameters))
-        state.course = replace(course, route=(repositioned(order, origin, course.route[-1]),))
+        state.mode, state.failsafe, state.for_charge, state.speed_mps = mode, None, None, math.nan
         return Verdict.ACCEPTED
 
     def _go_to(self, seq: int) -> Verdict:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from sitl.autopilot.charge import Charge
 from sitl.autopilot.course import Course
 from sitl.autopilot.mission import MissionCourse
+from sitl.autopilot.orbit import OrbitCourse
 from sitl.autopilot.payload import Payload
 from sitl.orders import Home, Mode, Notice, Shot
 from sitl.plans import MissionRun, Plans
@@ -37,9 +38,11 @@ class CommanderState:
     """What the battery's last warning asks for, from `for_charge_at_us` on; Hold before."""
     for_charge_at_us: int = 0
     takeoff_alt_amsl_m: float = math.nan
+    speed_mps: float = math.nan
+    """What DO_CHANGE_SPEED asked for, until the mode changes; NaN is the usual speed."""
     steering: Setpoint | None = None
     steered_at_us: int | None = None
-    course: Course | MissionCourse | None = None
+    course: Course | MissionCourse | OrbitCourse | None = None
     setpoint: Setpoint = NOTHING
     home: Home | None = None
     plans: Plans = field(default_factory=Plans)

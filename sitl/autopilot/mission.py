@@ -153,7 +153,7 @@ class MissionCourse:
         run = replace(self.run, reached=self.run.seq)
         item = self.items[run.seq]
         if item.command == NAV.RETURN:
-            return replace(self, run=run, returns=True)
+            return replace(self, run=replace(run, finished=True), returns=True)
         if item.command == NAV.CHANGE_SPEED:
             run = replace(run, speed_mps=item.params[1] if item.params[1] > 0.0 else math.nan)
         seq, jumps = next_seq(self.items, run.seq, run.jumps)

@@ -127,4 +127,5 @@ MODES: Mapping[Mode, ModeRow] = {
     Mode.RETURN: ModeRow(_fly_home, after_disarm=Mode.HOLD, arms=False, needs_home=True),
     Mode.LAND: ModeRow(_land_here, after_disarm=Mode.HOLD, arms=False),
     Mode.OFFBOARD: ModeRow(_stop_here, leaves_ground=True),
+    Mode.ORBIT: ModeRow(_stop_here, arms=False),
 }

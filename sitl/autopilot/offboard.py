@@ -30,7 +30,12 @@ def mode_after_loss(parameters: Mapping[str, float]) -> Mode:
 
 
 def commands_every_axis(setpoint: Setpoint) -> bool:
-    """Whether each axis has a position, speed or acceleration, north and east in pairs, as PX4 demands."""
+    """Whether each axis has a position, speed or acceleration, north and east in pairs, as PX4 demands.
+
+    An attitude with its thrust commands them all.
+    """
+    if setpoint.attitude is not None:
+        return True
     kinds = (setpoint.position_ned_m, setpoint.velocity_ned_mps, setpoint.acceleration_ned_mps2)
     horizontal = vertical = False
     for kind in kinds:

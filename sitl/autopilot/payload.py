@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from sitl.geo import geodetic_of_ned, ned_of_geodetic
-from sitl.orders import Condition, Home, Shot
+from sitl.orders import Condition, Home, PayloadStatus, Shot
 from sitl.plans import PlanItem
 from sitl.rotation import from_euler, to_yaw
 from sitl.signals import GeoPoint, vector
@@ -37,11 +37,25 @@ class Payload:
     gimbal_pitch_rad: float = math.nan
     gimbal_yaw_rad: float = math.nan
     interest: GeoPoint | None = None
+    controller: tuple[int, int] = (0, 0)
 
     def told(self, item: PlanItem, home: Home | None) -> Payload:
         """The payload after that command."""
         act = _ACTS.get(item.command)
         return self if act is None else act(self, item, home)
+
+    @property
+    def status(self) -> PayloadStatus:
+        """What there is to tell of it; a gimbal that was never told looks along the nose."""
+        counting = self.shots_left != 0
+        pitch_rad, yaw_rad = self.gimbal_pitch_rad, self.gimbal_yaw_rad
+        return PayloadStatus(
+            self.shots,
+            self.interval_s if counting else 0.0,
+            pitch_rad if math.isfinite(pitch_rad) else 0.0,
+            yaw_rad if math.isfinite(yaw_rad) else 0.0,
+            self.controller,
+        )
 
     @property
     def is_waiting(self) -> bool:
@@ -103,6 +117,16 @@ def _gimbal(payload: Payload, item: PlanItem, _: Home | None) -> Payload:
     return _aimed(payload, item.params[0], item.params[1])
 
 
+def _controlled(payload: Payload, item: PlanItem, _: Home | None) -> Payload:
+    """DO_GIMBAL_MANAGER_CONFIGURE: who has control; -1 leaves it, -3 gives it back, 0 gives it to nobody."""
+    system, component = item.params[:2]
+    if system in (0.0, -3.0):
+        return replace(payload, controller=(0, 0))
+    if 0.0 < system < 256.0 and 0.0 <= component < 256.0:
+        return replace(payload, controller=(int(system), int(component)))
+    return payload
+
+
 def _aimed(payload: Payload, pitch_deg: float, yaw_deg: float) -> Payload:
     return replace(
         payload, gimbal_pitch_rad=math.radians(pitch_deg), gimbal_yaw_rad=math.radians(yaw_deg), interest=None
@@ -128,7 +152,8 @@ def _start(payload: Payload, item: PlanItem, _: Home | None) -> Payload:
     interval_s, count = item.params[1], item.params[2]
     if count == 1.0 or not interval_s > 0.0:
         return replace(payload, snap=True)
-    return replace(payload, interval_s=interval_s, shots_left=int(count) if count > 0.0 else -1, last_us=None)
+    shots_left = int(count) if 0.0 < count < math.inf else _FOREVER
+    return replace(payload, interval_s=interval_s, shots_left=shots_left, last_us=None)
 
 
 def _stop(payload: Payload, _item: PlanItem, _: Home | None) -> Payload:
@@ -167,6 +192,7 @@ _ACTS: Mapping[int, _Act] = {
     206: _by_distance,
     214: _by_interval,
     1000: _gimbal,
+    1001: _controlled,
     2000: _start,
     2001: _stop,
 }

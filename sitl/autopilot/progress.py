@@ -10,6 +10,7 @@ from sitl.autopilot.glide import start_glide
 from sitl.autopilot.memory import CommanderState
 from sitl.autopilot.mission import MissionCourse, begin_mission
 from sitl.autopilot.modes import MODES, Briefing
+from sitl.autopilot.orbit import OrbitCourse
 from sitl.autopilot.planning import end_mission
 from sitl.orders import Condition, Mode
 from sitl.signals import Setpoint
@@ -47,7 +48,7 @@ def briefing_of(state: CommanderState, condition: Condition, parameters: Mapping
 
 def _begin(
     state: CommanderState, condition: Condition, parameters: Mapping[str, float]
-) -> Course | MissionCourse:
+) -> Course | MissionCourse | OrbitCourse:
     """The mode's route, laid from here."""
     briefing = briefing_of(state, condition, parameters)
     if state.conduct is Mode.MISSION:

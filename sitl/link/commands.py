@@ -11,9 +11,11 @@ from pymavlink.dialects.v20 import common
 from sitl.link.messages import Message
 from sitl.orders import (
     Arm,
+    ChangeSpeed,
     Disarm,
     FlightStatus,
     Mode,
+    Orbit,
     Order,
     Reposition,
     StartMission,
@@ -68,6 +70,16 @@ def _reposition(command: Command, flight: FlightStatus) -> Order | None:
     return Reposition(command.param5, command.param6, command.param7, command.param4, command.param1)
 
 
+def _orbit(command: Command, _: FlightStatus) -> Order:
+    return Orbit(
+        command.param1, command.param2, command.param3, command.param5, command.param6, command.param7
+    )
+
+
+def _change_speed(command: Command, _: FlightStatus) -> Order | None:
+    return ChangeSpeed(int(command.param1), command.param2) if math.isfinite(command.param1) else None
+
+
 def _switch_to(mode: Mode) -> Callable[[Command, FlightStatus], Order]:
     return lambda _command, _flight: SwitchMode(mode)
 
@@ -105,6 +117,8 @@ ORDERS: Mapping[int, Callable[[Command, FlightStatus], Order | None]] = {
     common.MAV_CMD_NAV_RETURN_TO_LAUNCH: _switch_to(Mode.RETURN),
     common.MAV_CMD_NAV_LOITER_UNLIM: _switch_to(Mode.HOLD),
     common.MAV_CMD_DO_REPOSITION: _reposition,
+    common.MAV_CMD_DO_ORBIT: _orbit,
+    common.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
     common.MAV_CMD_MISSION_START: _start_mission,
     **dict.fromkeys(_PAYLOAD, _use_payload),
 }

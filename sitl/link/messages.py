@@ -67,12 +67,26 @@ def _tuple_type(name: str, fields: list[str]) -> MessageType:
     return namedtuple(name, fields)  # type: ignore[misc]
 
 
+def _spelled_out(message_id: int, name: str, fields: str, wire: str, crc_extra: int) -> Layout:
+    kind = _tuple_type(name, fields.split())
+    kind.ID = message_id
+    kind.LAYOUT = Layout(kind, Struct(wire), bytes([crc_extra]), None)
+    found: Layout = kind.LAYOUT
+    return found
+
+
+_BEYOND_COMMON = {
+    436: _spelled_out(436, "CURRENT_MODE", "custom_mode intended_custom_mode standard_mode", "<IIB", 193),
+}
+"""What PX4 sends and pymavlink's common dialect does not have yet: from its development dialect."""
+
+
 @cache
 def layout(message_id: int) -> Layout | None:
     """The layout of that message, or None when the dialect does not know it."""
     entry = common.mavlink_map.get(message_id)
     if entry is None:
-        return None
+        return _BEYOND_COMMON.get(message_id)
     kind = _tuple_type(entry.msgname, entry.ordered_fieldnames)
     ends = list(accumulate(entry.lengths))  # in wire order; text counts as one, as it does to `struct`
     spans = tuple((end - length, end) for end, length in zip(ends, entry.lengths, strict=True))
@@ -85,6 +99,9 @@ def layout(message_id: int) -> Layout | None:
 
 def message_type(name: str) -> MessageType:
     """The class of the message of that name, as `message_type("HEARTBEAT")`."""
+    for beyond in _BEYOND_COMMON.values():
+        if beyond.type.__name__ == name:
+            return beyond.type
     found = layout(getattr(common, f"MAVLINK_MSG_ID_{name}"))
     assert found is not None, name
     return found.type

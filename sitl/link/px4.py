@@ -12,8 +12,11 @@ from dataclasses import dataclass, replace
 
 from pymavlink.dialects.v20 import common
 
+from sitl.link.camera import Camera, CameraState
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import ORDERS, Command, command_of
+from sitl.link.failures import begun_by, ended_by
+from sitl.link.gimbal import GIMBAL, claimed
 from sitl.link.helm import Helm
 from sitl.link.instruments import INSTRUMENTS, image_captured
 from sitl.link.messages import Message, MessageType, message_type
@@ -21,7 +24,7 @@ from sitl.link.missions import MISSION_MESSAGES, PROGRESS, PlanService
 from sitl.link.parameters import ParameterService
 from sitl.link.px4_status import MODE_OF_CODE, STATUS, status_texts
 from sitl.link.report import Report
-from sitl.link.setpoints import setpoint_of
+from sitl.link.setpoints import attitude_setpoint_of, setpoint_of
 from sitl.link.signing import Signer
 from sitl.link.streams import Schedule, Streams
 from sitl.link.telemetry import TELEMETRY, Builder
@@ -31,6 +34,7 @@ __all__ = ["Px4Link", "Px4LinkState"]
 
 _HEARTBEAT = message_type("HEARTBEAT")
 _SET_POSITION_TARGET = message_type("SET_POSITION_TARGET_LOCAL_NED")
+_SET_ATTITUDE_TARGET = message_type("SET_ATTITUDE_TARGET")
 _COMMAND_LONG = message_type("COMMAND_LONG")
 _COMMAND_INT = message_type("COMMAND_INT")
 _COMMAND_ACK = message_type("COMMAND_ACK")
@@ -69,13 +73,23 @@ class Px4LinkState:
     told_origin: Message | None
     ping_sequence: int
     text_number: int
+    camera: CameraState | None = None
 
 
 class Px4Link:
-    """One MAVLink instance of a PX4 vehicle."""
+    """One MAVLink instance of a PX4 vehicle; with `camera`, of one that carries a camera on a gimbal."""
 
-    def __init__(self, system: int, rates_hz: Mapping[str, float], signer: Signer | None = None) -> None:
+    def __init__(
+        self,
+        system: int,
+        rates_hz: Mapping[str, float],
+        signer: Signer | None = None,
+        *,
+        camera: bool = False,
+    ) -> None:
         self._codec = Codec(system, _OURS, signer)
+        self._camera = Camera(system, signer) if camera else None
+        self._builders = {**_BUILDERS, **GIMBAL} if camera else _BUILDERS
         self._streams = Streams(rates_hz)
         self._parameters = ParameterService()
         self._plans = PlanService()
@@ -90,6 +104,8 @@ class Px4Link:
         """Take what came in, and say what is to be answered at once."""
         out = b""
         for received in self._codec.decode(data):
+            if self._camera is not None and self._camera.is_meant(received.message):
+                out += self._camera.receive(received, helm)
             handle = _HANDLERS.get(type(received.message))
             if handle is not None:
                 for answer in handle(self, received, helm):
@@ -98,7 +114,7 @@ class Px4Link:
 
     def send(self, helm: Helm) -> bytes:
         """What is to be sent unasked in this frame."""
-        out = b""
+        out = b"" if self._camera is None else self._camera.send(helm.time_us)
         verdicts, self._verdicts = self._verdicts, ()
         for message in verdicts:
             out += self._codec.encode(message)
@@ -124,6 +140,8 @@ class Px4Link:
 
     def show(self, shot: Shot) -> bytes:
         """The picture that was taken, for whoever listens."""
+        if self._camera is not None:
+            return self._camera.show(shot)
         return self._codec.encode(image_captured(shot))
 
     def take_heartbeats(self) -> list[Received]:
@@ -147,6 +165,7 @@ class Px4Link:
             self._told_origin,
             self._ping_sequence,
             self._text_number,
+            None if self._camera is None else self._camera.snapshot(),
         )
 
     def restore(self, state: Px4LinkState) -> None:
@@ -156,6 +175,8 @@ class Px4Link:
         self._parameters, self._plans = replace(state.parameters), replace(state.plans)
         self._verdicts, self._hears_gcs = state.verdicts, state.hears_gcs
         self._told_origin = state.told_origin
+        if self._camera is not None and state.camera is not None:
+            self._camera.restore(state.camera)
         self._ping_sequence, self._text_number = state.ping_sequence, state.text_number
 
     def _telemetry(self, message_id: int, report: Report) -> Message | None:
@@ -165,7 +186,7 @@ class Px4Link:
             return _PING(report.time_us, self._ping_sequence, 0, 0)
         if message_id == _TIMESYNC.ID:
             return _TIMESYNC(0, report.time_us * 1000)
-        message = _BUILDERS[message_id](report)
+        message = self._builders[message_id](report)
         if message_id == _GPS_GLOBAL_ORIGIN.ID:
             if message is None or message[:3] == self._told_origin:
                 return None
@@ -183,7 +204,10 @@ class Px4Link:
     def _on_setpoint(self, received: Received, helm: Helm) -> list[Message]:
         message = received.message
         if message.target_system in (self._codec.system, 0) and message.target_component in (_OURS, _ANY):
-            setpoint = setpoint_of(message, helm.attitude)
+            if type(message) is _SET_ATTITUDE_TARGET:
+                setpoint = attitude_setpoint_of(message)
+            else:
+                setpoint = setpoint_of(message, helm.attitude)
             if setpoint is not None:
                 helm.steer(setpoint)
         return []
@@ -224,6 +248,8 @@ class Px4Link:
         order_of = ORDERS.get(command.number)
         if order_of is None:
             return [_ack(command.number, common.MAV_RESULT_UNSUPPORTED, received)]
+        if command.number == common.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE:
+            command = claimed(command, received)
         order = order_of(command, helm.report().flight)
         result = common.MAV_RESULT_DENIED if order is None else _RESULTS[helm.obey(order)]
         return [_ack(command.number, result, received)]
@@ -236,11 +262,26 @@ class Px4Link:
         return [_ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
     def _request_message(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        builder = _BUILDERS.get(_number(command.param1))
+        builder = self._builders.get(_number(command.param1))
         message = None if builder is None else builder(helm.report())
         if message is None:
             return [_ack(command.number, common.MAV_RESULT_DENIED, received)]
         return [message, _ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
+
+    def _inject_failure(self, command: Command, received: Received, helm: Helm) -> list[Message]:
+        """Only where SYS_FAILURE_EN allows it, as in PX4."""
+        begun, ended = begun_by(command, helm.time_us), ended_by(command)
+        if not helm.parameters["SYS_FAILURE_EN"]:
+            result = common.MAV_RESULT_DENIED
+        elif not begun and not ended:
+            result = common.MAV_RESULT_UNSUPPORTED
+        else:
+            result = common.MAV_RESULT_ACCEPTED
+            for fault in begun:
+                helm.inject(fault)
+            for kind in ended:
+                helm.heal(kind)
+        return [_ack(command.number, result, received)]
 
     def _request_version(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         version = command._replace(param1=float(_AUTOPILOT_VERSION.ID))
@@ -248,7 +289,7 @@ class Px4Link:
 
     def _set_interval(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         message_id = _number(command.param1)
-        unknown = message_id not in _BUILDERS and message_id not in (_PING.ID, _TIMESYNC.ID)
+        unknown = message_id not in self._builders and message_id not in (_PING.ID, _TIMESYNC.ID)
         silenced = message_id == _HEARTBEAT.ID and not 0.0 <= command.param2 <= _HEARTBEAT_LIMIT_US
         if unknown or silenced:
             return [_ack(command.number, common.MAV_RESULT_FAILED, received)]
@@ -285,6 +326,7 @@ def _number(value: float) -> int:
 _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message]]] = {
     _HEARTBEAT: Px4Link._on_heartbeat,
     _SET_POSITION_TARGET: Px4Link._on_setpoint,
+    _SET_ATTITUDE_TARGET: Px4Link._on_setpoint,
     _COMMAND_LONG: Px4Link._on_command,
     _COMMAND_INT: Px4Link._on_command,
     _SET_MODE: Px4Link._on_set_mode,
@@ -295,6 +337,7 @@ _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message
 }
 _COMMANDS: Mapping[int, Callable[[Px4Link, Command, Received, Helm], list[Message]]] = {
     common.MAV_CMD_DO_SET_MODE: Px4Link._do_set_mode,
+    common.MAV_CMD_INJECT_FAILURE: Px4Link._inject_failure,
     common.MAV_CMD_REQUEST_MESSAGE: Px4Link._request_message,
     common.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: Px4Link._request_version,
     common.MAV_CMD_SET_MESSAGE_INTERVAL: Px4Link._set_interval,

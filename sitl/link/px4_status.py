@@ -17,6 +17,8 @@ _HEARTBEAT = message_type("HEARTBEAT")
 _SYS_STATUS = message_type("SYS_STATUS")
 _EXTENDED_SYS_STATE = message_type("EXTENDED_SYS_STATE")
 _AUTOPILOT_VERSION = message_type("AUTOPILOT_VERSION")
+_CURRENT_MODE = message_type("CURRENT_MODE")
+_ORBIT_EXECUTION_STATUS = message_type("ORBIT_EXECUTION_STATUS")
 _STATUSTEXT = message_type("STATUSTEXT")
 
 _MODE_CODES: Mapping[Mode, tuple[int, int]] = {
@@ -27,12 +29,20 @@ _MODE_CODES: Mapping[Mode, tuple[int, int]] = {
     Mode.RETURN: (4, 5),
     Mode.LAND: (4, 6),
     Mode.OFFBOARD: (6, 0),
+    Mode.ORBIT: (3, 1),
 }
 """PX4's main and sub mode of each mode."""
-MODE_OF_CODE: Mapping[tuple[int, int], Mode] = {code: mode for mode, code in _MODE_CODES.items()}
+MODE_OF_CODE: Mapping[tuple[int, int], Mode] = {
+    code: mode for mode, code in _MODE_CODES.items() if mode is not Mode.ORBIT
+}
+"""An orbit is ordered by its command alone."""
 
 _ARMED, _MANUAL, _STABILIZE, _GUIDED, _AUTO, _CUSTOM = 128, 64, 16, 8, 4, 1
-_BASE_MODES = {Mode.OFFBOARD: _STABILIZE | _CUSTOM, Mode.POSITION: _MANUAL | _STABILIZE | _CUSTOM}
+_BASE_MODES = {
+    Mode.OFFBOARD: _STABILIZE | _CUSTOM,
+    Mode.ORBIT: _STABILIZE | _CUSTOM,
+    Mode.POSITION: _MANUAL | _STABILIZE | _CUSTOM,
+}
 _AUTO_BASE_MODE = _STABILIZE | _GUIDED | _AUTO | _CUSTOM
 
 _LANDED_STATES = {
@@ -48,6 +58,16 @@ _SEVERITIES = {
     Severity.INFO: common.MAV_SEVERITY_INFO,
 }
 _TEXT_LENGTH = 50
+_I32 = (-(2**31), 2**31 - 1)
+# MAVLink's MAV_STANDARD_MODE; 0 is none of them.
+_STANDARD_MODES = {
+    Mode.POSITION: 1,
+    Mode.ORBIT: 2,
+    Mode.MISSION: 6,
+    Mode.RETURN: 5,
+    Mode.LAND: 7,
+    Mode.TAKEOFF: 8,
+}
 
 _SENSES = (
     common.MAV_SYS_STATUS_SENSOR_3D_GYRO
@@ -115,6 +135,30 @@ def _extended_sys_state(report: Report) -> Message:
     return _EXTENDED_SYS_STATE(vtol_state=0, landed_state=_LANDED_STATES[report.flight.landed])
 
 
+def _current_mode(report: Report) -> Message:
+    main, sub = _MODE_CODES[report.flight.mode]
+    custom_mode = main << 16 | sub << 24
+    return _CURRENT_MODE(
+        custom_mode=custom_mode,
+        intended_custom_mode=custom_mode,
+        standard_mode=_STANDARD_MODES.get(report.flight.mode, 0),
+    )
+
+
+def _orbit_execution_status(report: Report) -> Message | None:
+    orbit = report.flight.orbit
+    if orbit is None:
+        return None
+    return _ORBIT_EXECUTION_STATUS(
+        time_usec=report.time_us,
+        radius=orbit.radius_m,
+        x=whole(orbit.centre.lat_deg * 1e7, _I32),
+        y=whole(orbit.centre.lon_deg * 1e7, _I32),
+        z=orbit.centre.alt_amsl_m,
+        frame=common.MAV_FRAME_GLOBAL,
+    )
+
+
 def _autopilot_version(_: Report) -> Message:
     return _AUTOPILOT_VERSION(
         capabilities=_CAPABILITIES,
@@ -148,4 +192,6 @@ STATUS: Mapping[MessageType, Builder] = {
     _SYS_STATUS: _sys_status,
     _EXTENDED_SYS_STATE: _extended_sys_state,
     _AUTOPILOT_VERSION: _autopilot_version,
+    _CURRENT_MODE: _current_mode,
+    _ORBIT_EXECUTION_STATUS: _orbit_execution_status,
 }

@@ -1,6 +1,6 @@
-"""SET_POSITION_TARGET_LOCAL_NED to setpoints, by PX4's rules.
+"""SET_POSITION_TARGET_LOCAL_NED and SET_ATTITUDE_TARGET to setpoints, by PX4's rules.
 
-Source: PX4 v1.17, mavlink_receiver.cpp, handle_message_set_position_target_local_ned.
+Source: PX4 v1.17, mavlink_receiver.cpp, handle_message_set_position_target_local_ned and handle_message_set_attitude_target.
 """
 
 from __future__ import annotations
@@ -10,13 +10,15 @@ from collections.abc import Callable
 
 from sitl.link.messages import Message
 from sitl.link.report import euler_rad
-from sitl.signals import FloatArray, Setpoint, vector
+from sitl.signals import AttitudeSetpoint, FloatArray, Setpoint, vector
 
-__all__ = ["setpoint_of"]
+__all__ = ["attitude_setpoint_of", "setpoint_of"]
 
 _LOCAL_NED, _BODY_NED = 1, 8
 _VELOCITY_BITS, _ACCELERATION_BITS = 0o070, 0o700
 _FORCE_BIT = 1 << 9
+_ROLL_RATE_BIT, _PITCH_RATE_BIT, _YAW_RATE_BIT, _THRUST_BIT, _ATTITUDE_BIT = 1, 2, 4, 64, 128
+_SHORTEST = 1e-3
 _NAN3 = (math.nan, math.nan, math.nan)
 
 
@@ -47,6 +49,34 @@ def setpoint_of(message: Message, attitude: Callable[[], FloatArray]) -> Setpoin
     yaw_rad, yaw_rate_radps, _ = _masked((message.yaw, message.yaw_rate, 0.0), mask >> 10)
     axes = vector((*position, *velocity, *acceleration), 9)
     return Setpoint(axes[0:3], axes[3:6], axes[6:9], yaw_rad, yaw_rate_radps)
+
+
+def attitude_setpoint_of(message: Message) -> Setpoint | None:
+    """The attitude, or the body rates, and the thrust that the message commands; None when it lacks one of them.
+
+    Where an attitude is given the body rates do not count, but for the yaw rate. Stricter than PX4: what is not
+    finite, or a quaternion of no length, is no setpoint.
+    """
+    mask = message.type_mask
+    ignores_rates = mask & (_ROLL_RATE_BIT | _PITCH_RATE_BIT)
+    if mask & _THRUST_BIT or not math.isfinite(message.thrust):
+        return None
+    yaw_rate_radps = 0.0 if mask & _YAW_RATE_BIT else message.body_yaw_rate
+    rates = message.body_roll_rate, message.body_pitch_rate, yaw_rate_radps
+    q: FloatArray | None = None
+    if not mask & _ATTITUDE_BIT:
+        norm = math.hypot(*message.q)
+        if not _SHORTEST < norm < math.inf:
+            return None
+        q = vector([value / norm for value in message.q], 4)
+        rates = 0.0, 0.0, yaw_rate_radps
+    elif ignores_rates:
+        return None
+    if not all(map(math.isfinite, rates)):
+        return None
+    nothing = vector(_NAN3)
+    attitude = AttitudeSetpoint(q, vector(rates), message.thrust)
+    return Setpoint(nothing, nothing, nothing, math.nan, math.nan, attitude)
 
 
 def _masked(values: tuple[float, float, float], mask: int) -> tuple[float, float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from pymavlink.dialects.v20 import common
+from sitl.link.messages import message_type
 
 __all__ = ["GCS_RATES_HZ", "OFFBOARD_RATES_HZ", "Schedule", "Streams"]
 
@@ -32,6 +32,8 @@ OFFBOARD_RATES_HZ: Mapping[str, float] = {
     "SYSTEM_TIME": 1.0,
     "BATTERY_STATUS": 0.5,
     "HOME_POSITION": 0.5,
+    "CURRENT_MODE": 0.5,
+    "ORBIT_EXECUTION_STATUS": 2.0,
 }
 """What PX4 v1.17 was seen to send on 14540, as far as this vehicle has it to send."""
 
@@ -55,6 +57,8 @@ GCS_RATES_HZ: Mapping[str, float] = {
     "PING": 0.1,
     "SYSTEM_TIME": 1.0,
     "SYS_STATUS": 1.0,
+    "CURRENT_MODE": 0.5,
+    "ORBIT_EXECUTION_STATUS": 5.0,
 }
 """PX4's "normal" mode with what its SITL start script (px4-rc.mavlink) adds for a ground station."""
 
@@ -70,8 +74,7 @@ class Streams:
 
     def __init__(self, rates_hz: Mapping[str, float]) -> None:
         self._defaults_us = {
-            getattr(common, f"MAVLINK_MSG_ID_{name}"): round(1e6 / rate_hz)
-            for name, rate_hz in rates_hz.items()
+            message_type(name).ID: round(1e6 / rate_hz) for name, rate_hz in rates_hz.items()
         }
         self._schedule: Schedule = ()
         self._next_us = _NEVER_US

@@ -34,6 +34,7 @@ class SitlOptions:
     faults: tuple[str, ...] = ()
     airframe: str | None = None
     speedup: float = 1.0
+    camera: bool = False
     home: tuple[float, float, float, float] = HOME
 
     def arguments(self) -> list[str]:
@@ -42,6 +43,7 @@ class SitlOptions:
         words += ["--speedup", str(self.speedup), "--home=" + ",".join(map(repr, self.home))]
         words += ["--airframe", self.airframe] if self.airframe else []
         words += ["--gust"] if self.gusts else []
+        words += ["--camera"] if self.camera else []
         return words + [word for spec in self.faults for word in ("--fault", spec)]
 
 

@@ -8,11 +8,16 @@ import pytest
 pytest.importorskip("mavsdk")
 
 from mavsdk import ComponentType, Configuration, Mavsdk
-from mavsdk.plugins.action import Action
+from mavsdk.plugins.action import Action, ActionError, OrbitYawBehavior
+from mavsdk.plugins.failure import Failure, FailureError, FailureResult, FailureType, FailureUnit
 from mavsdk.plugins.geofence import Circle, FenceType, Geofence, GeofenceData, Point, Polygon
+from mavsdk.plugins.mission import Mission, MissionPlan
+from mavsdk.plugins.mission import MissionItem as PlanItem
 from mavsdk.plugins.mission_raw import MissionItem, MissionRaw, MissionRawError, MissionRawResult
 from mavsdk.plugins.offboard import (
     AccelerationNed,
+    Attitude,
+    AttitudeRate,
     Offboard,
     PositionNedYaw,
     VelocityBodyYawspeed,
@@ -40,6 +45,8 @@ class Drone:
         self.action = Action(system)
         self.offboard = Offboard(system)
         self.mission = MissionRaw(system)
+        self.plan = Mission(system)
+        self.failure = Failure(system)
         self.geofence = Geofence(system)
         self.param = Param(system)
         wait(self.telemetry.health_all_ok, 15.0)
@@ -205,3 +212,96 @@ def test_return_to_launch_lands_at_home(drone):
     drone.action.return_to_launch()
     wait(lambda: not drone.telemetry.armed(), 30.0)
     assert drone.from_home_m < 1.0
+
+
+def test_orbit_goes_round_until_it_is_told_otherwise(drone):
+    drone.airborne(10.0)
+    home = drone.telemetry.home()
+    centre_deg = home.latitude_deg + 20.0 / DEGREE_M
+    altitude_m = home.absolute_altitude_m + 12.0
+    drone.action.do_orbit(
+        10.0, 3.0, OrbitYawBehavior.HOLD_FRONT_TO_CIRCLE_CENTER, centre_deg, home.longitude_deg, altitude_m
+    )
+
+    def round_it():
+        here = drone.telemetry.position()
+        north_m = (here.latitude_deg - centre_deg) * DEGREE_M
+        east_m = (here.longitude_deg - home.longitude_deg) * DEGREE_M * math.cos(math.radians(LAT_DEG))
+        return math.degrees(math.atan2(east_m, north_m)), math.hypot(north_m, east_m)
+
+    for bearing_deg in (-90.0, 0.0, 90.0):  # it comes from the south and goes clockwise
+        wait(lambda bearing_deg=bearing_deg: abs(round_it()[0] - bearing_deg) < 15.0)
+        assert round_it()[1] == pytest.approx(10.0, abs=1.5)
+    assert drone.height_m == pytest.approx(12.0, abs=1.0)
+    velocity = drone.telemetry.velocity_ned()
+    assert math.hypot(velocity.north_m_s, velocity.east_m_s) == pytest.approx(3.0, abs=0.5)
+    drone.action.hold()
+    wait(lambda: drone.telemetry.flight_mode() is FlightMode.HOLD)
+
+
+def test_an_orbit_on_the_ground_is_refused(drone):
+    drone.landed()
+    with pytest.raises(ActionError):
+        drone.action.do_orbit(10.0, 3.0, OrbitYawBehavior.HOLD_INITIAL_HEADING, LAT_DEG, LON_DEG, 200.0)
+
+
+def test_a_current_speed_holds_for_the_way_there(drone):
+    drone.airborne(8.0)
+    home = drone.telemetry.home()
+    drone.action.set_current_speed(2.0)
+    lat_deg = home.latitude_deg + 60.0 / DEGREE_M
+    drone.action.goto_location(lat_deg, home.longitude_deg, home.absolute_altitude_m + 8.0, 0.0)
+    wait(lambda: drone.telemetry.velocity_ned().north_m_s > 1.8)
+    time.sleep(0.5)
+    assert drone.telemetry.velocity_ned().north_m_s == pytest.approx(2.0, abs=0.3)
+    drone.action.hold()
+
+
+def test_offboard_by_attitude_and_by_body_rates(drone):
+    drone.airborne(12.0)
+    drone.offboard.set_attitude(Attitude(0.0, -5.0, 0.0, 0.5))
+    drone.offboard.start()
+    wait(lambda: drone.telemetry.attitude_euler().pitch_deg < -4.0, 5.0)
+    wait(lambda: drone.telemetry.velocity_ned().north_m_s > 1.0, 5.0)
+    drone.offboard.set_attitude_rate(AttitudeRate(0.0, 0.0, 30.0, 0.5))
+    wait(lambda: abs(drone.telemetry.attitude_angular_velocity_body().yaw_rad_s - 0.52) < 0.15, 5.0)
+    drone.offboard.stop()
+    wait(lambda: drone.telemetry.flight_mode() is FlightMode.HOLD)
+
+
+def test_a_simple_mission_goes_up_and_is_flown_to_its_end(drone):
+    drone.landed()
+    nan, home = math.nan, drone.telemetry.home()
+    items = [
+        PlanItem(
+            home.latitude_deg + north_m / DEGREE_M, home.longitude_deg, 8.0, 5.0, True, nan, nan,
+            PlanItem.CameraAction.NONE, nan, nan, 1.5, nan, nan, PlanItem.VehicleAction.NONE,
+        )
+        for north_m in (6.0, 12.0, 18.0)
+    ]  # fmt: skip
+    drone.plan.set_return_to_launch_after_mission(True)
+    drone.plan.upload_mission(MissionPlan(items))
+    assert len(drone.plan.download_mission().mission_items) == 3
+    drone.action.arm()
+    drone.plan.start_mission()
+    wait(lambda: drone.plan.mission_progress().current >= 2, 30.0)
+    wait(drone.plan.is_mission_finished, 20.0)
+    wait(lambda: not drone.telemetry.armed(), 40.0)
+    assert drone.from_home_m < 1.0
+    drone.plan.clear_mission()
+
+
+def test_failures_are_disabled_until_the_parameter_says_otherwise(drone):
+    with pytest.raises(FailureError) as error:
+        drone.failure.inject(FailureUnit.SENSOR_GPS, FailureType.OFF, 0)
+    assert error.value.result is FailureResult.DISABLED
+    drone.param.set_param_int("SYS_FAILURE_EN", 1)
+    time.sleep(0.5)  # the failure plugin hears of it by the echo
+    drone.failure.inject(FailureUnit.SENSOR_GPS, FailureType.OFF, 0)
+    wait(lambda: not drone.telemetry.health().is_global_position_ok)
+    drone.failure.inject(FailureUnit.SENSOR_GPS, FailureType.OK, 0)
+    wait(drone.telemetry.health_all_ok)
+    with pytest.raises(FailureError) as error:
+        drone.failure.inject(FailureUnit.SENSOR_BARO, FailureType.SLOW, 0)
+    assert error.value.result is FailureResult.UNSUPPORTED
+    drone.param.set_param_int("SYS_FAILURE_EN", 0)

@@ -132,3 +132,42 @@ def test_mission_items_in_any_order_are_no_trouble(in_the_air, numbers, count, k
         simulator.exchange(simulator.time_us + 10_000, (codec.encode(one),))
     simulator.exchange(simulator.time_us + 100_000, (b"",))
     assert np.isfinite(simulator.truth.position_ned_m).all()
+
+
+@pytest.mark.parametrize("value", ABSURD[:7], ids=repr)
+def test_no_command_stops_it_whatever_it_is_given(in_the_air, value):
+    simulator, state = in_the_air
+    simulator.restore(state)
+    codec, kind = Codec(255, 190), layout(common.MAVLINK_MSG_ID_COMMAND_LONG).type
+    for number in COMMANDS:
+        for usual in (1.0, 2.0):
+            for at in (0, 1, 2, 6):
+                params = [value if i <= at else usual for i in range(7)]
+                frame = codec.encode(kind(*params, number & 0xFFFF, 1, 1, 0))
+                simulator.exchange(simulator.time_us, (frame,))
+    simulator.exchange(simulator.time_us + 200_000, (b"",))
+
+
+DEEDS = (93, 112, 177, 178, 195, 197, 201, 203, 205, 206, 214, 530, 1000, 2000, 2001, 2500, 2501, 80)
+
+
+@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan, 3.4e38], ids=repr)
+def test_no_mission_item_stops_it_whatever_it_is_given(new_client, value):
+    """Each deed alone between take-off and the next place, so that one refused does not save the others."""
+    client = new_client()
+    client.until(lambda: client.flight.ready, 10.0)
+    home = client.flight.home.point
+    up = (22, (0.0, 0.0, 0.0, math.nan, home.lat_deg, home.lon_deg, 3.0), 3)
+    on = (16, (0.0, 0.0, 0.0, math.nan, home.lat_deg + 2e-5, home.lon_deg, 3.0), 3)
+    client.command(400, 1.0, 21196.0)
+    client.command(22)
+    client.live(5.0)
+    state, now_us = client.simulator.snapshot(), client.now_us
+    for number in DEEDS:
+        client.simulator.restore(state)
+        client.now_us = now_us
+        for params in ((value,) * 4, (0.0, 1.0, value, 0.0)):
+            client.upload([up, (number, (*params, 0.0, 0.0, 0.0), 2), on])
+            client.command(300, 0.0)
+            client.live(0.5)
+    assert np.isfinite(client.simulator.truth.position_ned_m).all()

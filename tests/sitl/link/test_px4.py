@@ -447,3 +447,46 @@ def test_attitude_target_comes_ten_times_a_second_while_armed(client, pick):
     assert len(told) == pytest.approx(20, abs=1)
     assert told[-1].q[0] ** 2 + told[-1].q[3] ** 2 == pytest.approx(1.0, abs=0.01)
     assert told[-1].thrust == pytest.approx(client.simulator.report.instruments.thrust, abs=0.05)
+
+
+@pytest.mark.parametrize("time_boot_ms", [0, 1, 2**32 - 1])
+def test_the_time_in_a_setpoint_is_ignored(client, time_boot_ms):
+    client.airborne()
+
+    def stream():
+        client.setpoint((3.0, 0.0, -10.0), time_boot_ms=time_boot_ms)
+
+    client.live(0.5, stream)
+    client.command(176, 1, 6)
+    client.live(6.0, stream)
+    assert client.flight.mode is Mode.OFFBOARD
+    assert client.simulator.truth.position_ned_m == pytest.approx([3.0, 0.0, -10.0], abs=0.5)
+
+
+def test_position_target_masks_nothing_whatever_the_setpoint_masks(client, pick):
+    client.airborne()
+    north_m, east_m, down_m = client.simulator.report.estimate.position_ned_m.tolist()
+
+    def stream():
+        client.setpoint((north_m + 50.0, east_m, down_m))
+
+    client.live(0.5, stream)
+    client.command(176, 1, 6)
+    told = pick(client.live(3.0, stream), "POSITION_TARGET_LOCAL_NED")[-1]
+    assert told.type_mask == 0
+    assert told.x == pytest.approx(north_m + 50.0, abs=0.01)
+
+
+def test_a_companion_that_falls_silent_but_for_its_setpoints_changes_nothing(client):
+    client.airborne()
+    client.heartbeat(kind=18)
+    here = tuple(client.simulator.report.estimate.position_ned_m.tolist())
+
+    def stream():
+        client.setpoint(here)
+
+    client.live(0.5, stream)
+    client.command(176, 1, 6)
+    client.live(8.0, stream)
+    assert client.flight.mode is Mode.OFFBOARD
+    assert not client.flight.failsafe

@@ -45,8 +45,10 @@ def test_pymavlink_takes_all_that_the_vehicle_says(simulator):
     said = b"".join(hear(simulator, b"") for _ in range(200))
     messages = station.parse_buffer(said)
     assert len(messages) > 500
-    assert "BAD_DATA" not in {message.get_type() for message in messages}
-    assert station.signing.goodsig_count == len(messages)
+    kinds = [message.get_type() for message in messages]
+    assert "BAD_DATA" not in kinds
+    unknown = kinds.count("UNKNOWN_436")  # CURRENT_MODE: pymavlink's common dialect cannot check it
+    assert station.signing.goodsig_count == len(messages) - unknown
 
 
 def test_a_signed_command_is_obeyed_and_its_replay_is_refused_and_counted(simulator):

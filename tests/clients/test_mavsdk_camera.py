@@ -1,0 +1,53 @@
+"""MAVSDK 4's camera and gimbal plugins against `python -m sitl --camera`."""
+
+import time
+
+import pytest
+
+pytest.importorskip("mavsdk")
+
+from mavsdk import ComponentType, Configuration, Mavsdk
+from mavsdk.plugins.camera import Camera
+from mavsdk.plugins.gimbal import ControlMode, Gimbal, GimbalMode, SendMode
+
+LIMIT_S = 15.0
+
+
+def wait(ask, limit_s=LIMIT_S):
+    deadline = time.monotonic() + limit_s
+    while time.monotonic() < deadline:
+        found = ask()
+        if found:
+            return found
+        time.sleep(0.05)
+    raise AssertionError(f"not within {limit_s} s")
+
+
+def test_camera_and_gimbal_are_found_and_used(start_vehicle):
+    vehicle = start_vehicle("--camera", "--speedup", "4")
+    sdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+    try:
+        sdk.add_any_connection(f"udpin://127.0.0.1:{vehicle.offboard_port}")
+        system = sdk.first_autopilot(10.0)
+        assert system is not None
+        camera, gimbal = Camera(system), Gimbal(system)
+
+        (found,) = wait(lambda: camera.camera_list().cameras)
+        assert (found.vendor_name, found.model_name) == ("mavspiral", "sitl")
+        assert (found.horizontal_resolution_px, found.focal_length_mm) == (5472, pytest.approx(8.8))
+        pictures = []
+        camera.subscribe_capture_info(lambda picture, *_: pictures.append(picture))
+        camera.take_photo(found.component_id)
+        wait(lambda: pictures)
+        camera.start_photo_interval(found.component_id, 0.5)
+        wait(lambda: len(pictures) >= 4)
+        camera.stop_photo_interval(found.component_id)
+        assert [picture.index for picture in pictures[:4]] == [0, 1, 2, 3]
+        assert pictures[0].position.latitude_deg == pytest.approx(23.96028, abs=1e-4)
+
+        (managed,) = wait(lambda: gimbal.gimbal_list().gimbals)
+        gimbal.take_control(managed.gimbal_id, ControlMode.PRIMARY)
+        gimbal.set_angles(managed.gimbal_id, 0.0, -45.0, 20.0, GimbalMode.YAW_FOLLOW, SendMode.ONCE)
+        gimbal.release_control(managed.gimbal_id)
+    finally:
+        sdk.destroy()
