@@ -12,13 +12,14 @@ import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from mavspiral.errors import InputError, LimitError, MavspiralError
 
 if TYPE_CHECKING:
+    from mavspiral.export.check import Verdict
     from mavspiral.flight.flight_log import Event
     from mavspiral.mission import Mission
 
@@ -96,6 +97,10 @@ def simulate(
     fault: Annotated[
         list[str] | None, typer.Option("--fault", help="NAME[=VALUE]@START[+DURATION], e.g. motor=2:0.5@60s.")
     ] = None,
+    via: Annotated[
+        Literal["stream", "mission"],
+        typer.Option("--via", help="Stream setpoints, or upload the exported mission and fly it in AUTO."),
+    ] = "stream",
     out: Out = None,
     as_json: Json = False,
 ) -> None:
@@ -108,7 +113,9 @@ def simulate(
     brief = _load(mission)
     folder = try_folder(_folder(out, brief))
     with _failures_as_json(brief, as_json):
-        flight = fly_simulated(brief, seed=seed, wind_mps=wind, gusts=gust, faults=tuple(fault or ()))
+        flight = fly_simulated(
+            brief, seed=seed, wind_mps=wind, gusts=gust, faults=tuple(fault or ()), via=via
+        )
     summary = flight.summary()
     summary["files"] = write_flight(flight, folder, summary)
     _tell(summary, as_json, flight_rows(summary, brief))
@@ -163,6 +170,43 @@ def fly(
     _tell(summary, as_json, live_rows(summary))
     if flight.outcome.exit_code:
         raise typer.Exit(flight.outcome.exit_code)
+
+
+@app.command()
+def check(
+    plan_file: Annotated[Path, typer.Argument(help="A .plan, ours or not.", show_default=False)],
+    autopilot: Annotated[
+        Literal["px4", "ardupilot"] | None,
+        typer.Option("--autopilot", help="Who shall take it; by default whom it was made for."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Will QGroundControl load this .plan, and will the autopilot take it: item by item, with the reason."""
+    from mavspiral.export.check import check_file
+
+    verdict = check_file(plan_file, autopilot)
+    if as_json:
+        print(json.dumps(verdict.summary(), ensure_ascii=False, allow_nan=False))
+    else:
+        _tell_verdict(plan_file, verdict)
+    if not verdict.ok:
+        raise typer.Exit(1)
+
+
+def _tell_verdict(path: Path, verdict: Verdict) -> None:
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    for word, style, lines in (("error", "red", verdict.errors), ("warning", "yellow", verdict.warnings)):
+        for line in lines:
+            console.print(Text.assemble((word, style), " ", line), soft_wrap=True)
+    words = "loads and is taken" if verdict.ok else "does not pass"
+    asked = f", held against {verdict.autopilot}" if verdict.autopilot else ""
+    console.print(
+        Text(f"{path.name}: {verdict.items} items{asked}: {words}", "green" if verdict.ok else "red"),
+        soft_wrap=True,
+    )
 
 
 def _ask(name: str, url: str) -> None:

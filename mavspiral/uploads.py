@@ -1,0 +1,82 @@
+"""A `.plan` as the lists that go over the link: mission, fence, rally points."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mavspiral.errors import InputError
+from mavspiral.export.check.findings import Findings
+from mavspiral.export.check.loading import PlanParts, judge_loading
+from mavspiral.export.check.simple_item import PlanItem
+from mavspiral.flight.auto_flight import MissionLists
+from mavspiral.flight.messages import MissionItem, MissionKind
+
+__all__ = ["mission_lists"]
+
+GLOBAL, MISSION, RELATIVE = 0, 2, 3
+WAYPOINT = 16
+POLYGON_INSIDE, POLYGON_OUTSIDE, CIRCLE_INSIDE, CIRCLE_OUTSIDE, RALLY = 5001, 5002, 5003, 5004, 5100
+ARDUPILOT = 3
+
+
+def mission_lists(document: dict[str, Any]) -> MissionLists:
+    """A `.plan`, anybody's, as what goes over the link: mission, fence and rally points. ArduPilot's begins with home.
+
+    Raises:
+        InputError: it cannot be loaded, or holds patterns that only QGroundControl makes items of.
+    """
+    findings = Findings()
+    parts = judge_loading(document, findings)
+    if findings.errors:
+        raise InputError(f"the plan cannot be loaded: {findings.errors[0]}. `mavspiral check` tells all")
+    if parts.made_n:
+        raise InputError(
+            "the plan holds a structure scan, which keeps no items in the file. Fix: upload it with QGroundControl"
+        )
+    mission = [_placed(item) for item in parts.items]
+    if parts.firmware == ARDUPILOT and parts.home is not None:
+        lat, lon, alt = parts.home
+        home = (WAYPOINT, GLOBAL, (0.0, 0.0, 0.0, 0.0), lat, lon, 0.0 if math.isnan(alt) else alt)
+        mission.insert(0, home)
+    return {
+        MissionKind.MISSION: _numbered(mission, MissionKind.MISSION),
+        MissionKind.FENCE: _numbered(_fence(parts), MissionKind.FENCE),
+        MissionKind.RALLY: _numbered(
+            [(RALLY, RELATIVE, (0.0,) * 4, lat, lon, alt) for lat, lon, alt in parts.rally], MissionKind.RALLY
+        ),
+    }
+
+
+_Bare = tuple[int, int, tuple[float, ...], float, float, float]
+
+
+def _placed(item: PlanItem) -> _Bare:
+    x, y, z = (0.0 if math.isnan(value) else value for value in item.params[4:])
+    return item.command, item.frame, item.params[:4], x, y, z
+
+
+def _fence(parts: PlanParts) -> list[_Bare]:
+    corners: list[_Bare] = []
+    for inside, polygon in parts.polygons:
+        command = POLYGON_INSIDE if inside else POLYGON_OUTSIDE
+        corners += [
+            (command, GLOBAL, (float(len(polygon)), 0.0, 0.0, 0.0), lat, lon, 0.0) for lat, lon in polygon
+        ]
+    for inside, (lat, lon), radius_m in parts.circles:
+        command = CIRCLE_INSIDE if inside else CIRCLE_OUTSIDE
+        corners.append((command, GLOBAL, (radius_m, 0.0, 0.0, 0.0), lat, lon, 0.0))
+    return corners
+
+
+def _numbered(items: list[_Bare], kind: MissionKind) -> tuple[MissionItem, ...]:
+    numbered = []
+    for seq, (command, frame, params, x, y, z) in enumerate(items):
+        scale = 1.0 if frame == MISSION else 1e7
+        p1, p2, p3, p4 = params
+        numbered.append(
+            MissionItem(
+                seq, command, frame, (p1, p2, p3, p4), round(x * scale), round(y * scale), z, True, kind
+            )
+        )
+    return tuple(numbered)
