@@ -193,6 +193,49 @@ def check(
         raise typer.Exit(1)
 
 
+@app.command()
+def upload(
+    source: Annotated[
+        Path, typer.Argument(help="A .plan, or a mission file (TOML) to plan first.", show_default=False)
+    ],
+    connect: Annotated[
+        str,
+        typer.Option("--connect", help="The vehicle, as MAVSDK or pymavlink spell it: udpin://0.0.0.0:14540"),
+    ],
+    as_json: Json = False,
+) -> None:
+    """Upload mission, fence and rally points, read them back and compare them item by item."""
+    from mavspiral.export.check.plan_json import read_plan_json
+    from mavspiral.uploads import upload as upload_plan
+
+    document = _planned_document(source) if source.suffix == ".toml" else read_plan_json(source)
+    uploaded = upload_plan(document, connect)
+    if as_json:
+        print(json.dumps(uploaded.summary(), ensure_ascii=False, allow_nan=False))
+    else:
+        for line in uploaded.differences:
+            print(line)
+        print(
+            f"{source.name}: {uploaded.items} items, {uploaded.fence} of the fence, {uploaded.rally} rally points: "
+            f"{uploaded.outcome.reason}"
+        )
+    if uploaded.outcome.exit_code:
+        raise typer.Exit(uploaded.outcome.exit_code)
+
+
+def _planned_document(path: Path) -> dict[str, Any]:
+    from mavspiral.handover import inspection_documents, inspection_missions
+    from mavspiral.planner import plan as make_plan
+
+    inspection = make_plan(_load(path))
+    documents = inspection_documents(inspection, inspection_missions(inspection))
+    if len(documents) > 1:
+        raise InputError(
+            f"{path}: the mission is in {len(documents)} sorties. Fix: `mavspiral plan`, then upload the .plan of the one to fly"
+        )
+    return documents[0]
+
+
 def _tell_verdict(path: Path, verdict: Verdict) -> None:
     from rich.console import Console
     from rich.text import Text

@@ -1,23 +1,67 @@
-"""A `.plan` as the lists that go over the link: mission, fence, rally points."""
+"""A `.plan` as the lists that go over the link: mission, fence, rally points; and on to a vehicle."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 from mavspiral.errors import InputError
 from mavspiral.export.check.findings import Findings
 from mavspiral.export.check.loading import PlanParts, judge_loading
 from mavspiral.export.check.simple_item import PlanItem
-from mavspiral.flight.auto_flight import MissionLists
 from mavspiral.flight.messages import MissionItem, MissionKind
+from mavspiral.flight.outcome import Outcome
+from mavspiral.flight.plan_upload import MissionLists
+from mavspiral.flight.realtime import drive, open_transport
+from mavspiral.flight.upload import AUTOPILOTS, Upload
 
-__all__ = ["mission_lists"]
+__all__ = ["Uploaded", "mission_lists", "upload"]
 
 GLOBAL, MISSION, RELATIVE = 0, 2, 3
 WAYPOINT = 16
 POLYGON_INSIDE, POLYGON_OUTSIDE, CIRCLE_INSIDE, CIRCLE_OUTSIDE, RALLY = 5001, 5002, 5003, 5004, 5100
 ARDUPILOT = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Uploaded:
+    """What became of an upload: how many items of each list went up, and what came back otherwise."""
+
+    outcome: Outcome
+    items: int
+    fence: int
+    rally: int
+    differences: tuple[str, ...]
+
+    def summary(self) -> dict[str, Any]:
+        """The keys of `upload --json`."""
+        return {
+            "ok": self.outcome.ok,
+            "items": self.items,
+            "fence": self.fence,
+            "rally": self.rally,
+            "differences": list(self.differences) or ([] if self.outcome.ok else [self.outcome.reason]),
+        }
+
+
+def upload(document: dict[str, Any], url: str) -> Uploaded:
+    """The plan on its way to the vehicle at `url`, read back and compared item by item.
+
+    Raises:
+        InputError: the plan cannot be loaded, or the URL cannot be read.
+        LinkError: nobody listens at a TCP address.
+    """
+    lists = mission_lists(document)
+    firmware = document["mission"]["firmwareType"]
+    machine = Upload(lists, int(firmware) if firmware in AUTOPILOTS else None)
+    transport = open_transport(url)
+    try:
+        outcome = drive(machine, transport)
+    finally:
+        transport.close()
+    items, fence, rally = (len(lists[kind]) for kind in MissionKind)
+    return Uploaded(outcome, items, fence, rally, machine.differences)
 
 
 def mission_lists(document: dict[str, Any]) -> MissionLists:

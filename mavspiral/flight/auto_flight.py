@@ -7,7 +7,7 @@ It sends nothing that steers. What was flown is written down row by row, for who
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
@@ -20,12 +20,10 @@ from mavspiral.flight.messages import (
     ImageCaptured,
     Message,
     MessageId,
-    MissionItem,
-    MissionKind,
     StatusText,
 )
-from mavspiral.flight.mission_protocol import MissionTransfer, differences
 from mavspiral.flight.outcome import Outcome, State, Step
+from mavspiral.flight.plan_upload import MissionLists, PlanUpload
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.px4 import PX4
 from mavspiral.flight.schedule import Schedule
@@ -34,7 +32,7 @@ from mavspiral.flight.vehicle import Vehicle
 from mavspiral.flight.vehicle_clock import VehicleClock
 from mavspiral.frames import GeoPoint, LocalFrame
 
-__all__ = ["AutoFlight", "MissionLists"]
+__all__ = ["AutoFlight"]
 
 _ROW_US = 20_000
 _HEARTBEAT_US = 1_000_000
@@ -42,9 +40,6 @@ _ASK_US = 500_000
 _LOST_US = 5_000_000
 _WARNING = 4  # MAV_SEVERITY
 _NO_PACE = (math.nan, math.nan)
-
-MissionLists = Mapping[MissionKind, Sequence[MissionItem]]
-"""The items of each of the vehicle's lists."""
 
 
 class _Phase(Enum):
@@ -93,8 +88,8 @@ class AutoFlight:
         self._vehicle, self._clock, self._recorder = Vehicle(), VehicleClock(), Recorder()
         self._profile = profile
         self._telemetry = TelemetryRequest(profile)
-        self._waiting = [(kind, tuple(lists.get(kind, ()))) for kind in MissionKind]
-        self._transfer: MissionTransfer | None = None
+        self._lists = lists
+        self._upload: PlanUpload | None = None
         self._phase = _Phase.CONNECT
         self._entered_us = self._asked_us = self._heard_us = 0
         self._heartbeats, self._rows = Schedule(_HEARTBEAT_US), Schedule(_ROW_US)
@@ -158,8 +153,8 @@ class AutoFlight:
         """Go as far along the table as it lets us, then ask for what the present phase needs."""
         out = b""
         try:
-            if self._transfer is not None:
-                out += self._transfer.step(self._now_us, messages)
+            if self._upload is not None and not self._upload.done:
+                out += self._upload.step(self._now_us, messages)
             while self.outcome is None and _TABLE[self._phase].done(self):
                 self._enter(_TABLE[self._phase].then)
         except MavspiralError as refusal:
@@ -211,17 +206,17 @@ class AutoFlight:
         return True
 
     def _uploaded(self) -> bool:
-        """Whether all lists are up and came back equal; begins the next when one is done."""
-        if self._transfer is not None and self._transfer.done:
-            kind, items = self._waiting.pop(0)
-            wrong = differences(items, self._transfer.back)
+        """Whether all lists are up and came back equal."""
+        if self._upload is None:
+            self._upload = PlanUpload(self._link, self._lists)
+        if not self._upload.done:
+            return False
+        for kind, wrong in self._upload.differences.items():
             if wrong:
                 raise LimitError(f"the {kind.name.lower()} did not come back as it was sent: {wrong[0]}")
-            self._tell("info", f"{kind.name.lower()}: {len(items)} items uploaded, read back and compared")
-            self._transfer = None
-        if self._waiting and self._transfer is None:
-            self._transfer = MissionTransfer(self._link, *self._waiting[0])
-        return not self._waiting
+            count = len(self._lists.get(kind, ()))
+            self._tell("info", f"{kind.name.lower()}: {count} items uploaded, read back and compared")
+        return True
 
     def _ask_arm(self) -> bytes:
         return self._link.command(Command.COMPONENT_ARM_DISARM, 1.0)
