@@ -71,7 +71,7 @@ def main() -> None:
 
 @app.command()
 def plan(mission: MissionFile, out: Out = None, as_json: Json = False) -> None:
-    """Plan the inspection, judge it, and write NAME.plan, .waypoints, .csv, .photos.csv, .kml, .png and .json."""
+    """Plan the inspection, judge it, and write NAME.plan, .waypoints, .csv, .photos.csv, .kml, .geojson, .png and .json."""
     from mavspiral.deliver import write_plan
     from mavspiral.planner import plan as make_plan
     from mavspiral.show.rows import plan_rows

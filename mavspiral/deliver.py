@@ -9,6 +9,7 @@ import numpy as np
 
 from mavspiral.export.fitting import Fit
 from mavspiral.export.geo import trajectory_kml
+from mavspiral.export.geojson import flight_geojson
 from mavspiral.export.tables import photos_csv, trajectory_csv
 from mavspiral.export.waypoints import waypoints_text
 from mavspiral.files import write_bytes, write_json, write_text
@@ -27,7 +28,7 @@ __all__ = ["write_flight", "write_live", "write_plan"]
 
 
 def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
-    """The plan's files by kind: plan, waypoints, csv, photos, kml, png and json (the summary).
+    """The plan's files by kind: plan, waypoints, csv, photos, kml, geojson, png and json (the summary).
 
     `summary` is told how many sorties the missions take, and what it costs to fly them.
     """
@@ -43,6 +44,10 @@ def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) ->
         ),
         "kml": write_text(
             base.with_name(f"{mission.name}.kml"), trajectory_kml(trajectory, frame, mission.name)
+        ),
+        "geojson": write_json(
+            base.with_name(f"{mission.name}.geojson"),
+            flight_geojson(trajectory, inspection.shots, frame, mission.name),
         ),
         "png": write_figure(
             base.with_name(f"{mission.name}.png"),

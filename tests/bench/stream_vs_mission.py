@@ -42,18 +42,22 @@ def row(name: str, via: Via) -> str:
         if via == "stream"
         else f"{len(inspection_missions(inspection).missions[0].items)} items, AUTO"
     )
-    return (
-        f"{name:7}{how:18}{flight.sim_s:>7.0f} s{lasts_s:>9.0f} s{np.quantile(away, 0.95):>8.2f} m{away.max():>8.2f} m"
-        f"{np.quantile(off_deg, 0.95):>8.1f}°{flight.clearance_min_m:>9.2f} m{100 * flight.coverage.walls:>9.1f} %"
-        f"{len(shots):>7}"
+    figures = (
+        f"{flight.sim_s:.0f} s",
+        f"{lasts_s:.0f} s",
+        f"{np.quantile(away, 0.95):.2f} m",
+        f"{away.max():.2f} m",
+        f"{np.quantile(off_deg, 0.95):.1f}°",
+        f"{flight.clearance_min_m:.2f} m",
+        f"{100 * flight.coverage.walls:.1f} %",
+        f"{len(shots)}",
     )
+    return f"{name:7}{how:17}" + "".join(f"{figure:>12}" for figure in figures)
 
 
 def main() -> None:
-    print(
-        f"{'':25}{'flight':>9}{'inspection':>11}{'beside p95':>10}{'worst':>10}{'heading p95':>9}{'clearance':>11}"
-        f"{'seen':>11}{'shots':>7}"
-    )
+    heads = ("flight", "inspection", "beside p95", "worst", "heading p95", "clearance", "seen", "shots")
+    print(f"{'':24}" + "".join(f"{head:>12}" for head in heads))
     for name in sys.argv[1:] or MISSIONS:
         for via in ("stream", "mission"):
             print(row(name, via), flush=True)
