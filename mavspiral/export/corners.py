@@ -14,13 +14,13 @@ curve; 66 s at 4 m, where it is not."""
 
 ACCEPTANCE_MIN_M = 0.5
 CUT_M = 0.75
-"""No corner is cut deeper."""
+"""No corner is cut deeper, and less deep where the clearance demands a finer mission."""
 
 
-def acceptance_m(position_enu_m: FloatArray) -> FloatArray:
+def acceptance_m(position_enu_m: FloatArray, cut_m: float) -> FloatArray:
     """The acceptance radius of each waypoint of a polygon `(n, 3)`.
 
-    3 m, but never more than half way to a neighbour, nor so much that it cuts off more than 0.75 m: from a corner
+    3 m, but never more than half way to a neighbour, nor so much that it cuts off more than `cut_m`: from a corner
     where one turns by θ, the line between the points at a radius r from it is r·sin(θ/2) away.
     """
     sides = np.diff(position_enu_m, axis=0)
@@ -29,7 +29,7 @@ def acceptance_m(position_enu_m: FloatArray) -> FloatArray:
     half_turn = np.zeros(len(position_enu_m))
     half_turn[1:-1] = np.sqrt(np.clip(0.5 - 0.5 * (unit[:-1] * unit[1:]).sum(axis=1), 0.0, 1.0))  # sin(θ/2)
     half_way_m = 0.5 * np.minimum(np.append(np.inf, length_m), np.append(length_m, np.inf))
-    deepest_m = CUT_M / np.maximum(half_turn, 1e-9)
+    deepest_m = cut_m / np.maximum(half_turn, 1e-9)
     radius_m: FloatArray = np.clip(np.minimum(half_way_m, deepest_m), ACCEPTANCE_MIN_M, ACCEPTANCE_M)
     return radius_m
 

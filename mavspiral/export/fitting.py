@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mavspiral.errors import LimitError
-from mavspiral.export.corners import acceptance_m, cut_lines_m
+from mavspiral.export.corners import cut_lines_m
 from mavspiral.export.items import MissionItems
 from mavspiral.export.thinning import Tolerance
 from mavspiral.survey.solids import Solids
@@ -93,8 +93,7 @@ def fitted(
 def _clearance_m(missions: tuple[MissionItems, ...], solids: Solids) -> float:
     nearest_m = math.inf
     for mission in missions:
-        places = mission.thinned.position_enu_m
-        lines = cut_lines_m(places, acceptance_m(places))
+        lines = cut_lines_m(mission.thinned.position_enu_m, mission.thinned.radius_m)
         nearest_m = min(nearest_m, float(solids.distance_m(*lines).min()))
     return nearest_m
 

@@ -13,7 +13,6 @@ from typing import Literal
 
 import numpy as np
 
-from mavspiral.export.corners import acceptance_m
 from mavspiral.export.thinning import GRID_S, Thinned
 from mavspiral.frames import GeoPoint, LocalFrame
 
@@ -82,7 +81,7 @@ def mission_items(
 ) -> MissionItems:
     """Take-off, the waypoints with speeds, aims and camera orders between them, return."""
     home = frame.geo_point(home_enu_m)
-    radius_m = acceptance_m(thinned.position_enu_m)
+    radius_m = thinned.radius_m
 
     def place(position_enu_m: np.ndarray) -> tuple[float, float, float]:
         lat, lon, alt = frame.to_geodetic(position_enu_m)

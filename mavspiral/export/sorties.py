@@ -66,6 +66,7 @@ def _stretch(thinned: Thinned, begin: int, end: int) -> Thinned:
         tuple(aims),
         thinned.chord_error_m,
         thinned.heading_error_rad,
+        thinned.cut_m,
     )
 
 
@@ -78,6 +79,7 @@ def _waiting(way: Thinned, t_s: float) -> Thinned:
         way.aims,
         way.chord_error_m,
         way.heading_error_rad,
+        way.cut_m,
     )
 
 
@@ -91,4 +93,5 @@ def _joined(first: Thinned, second: Thinned) -> Thinned:
         (*first.aims, *((index + shift, aim) for index, aim in second.aims)),
         max(first.chord_error_m, second.chord_error_m),
         max(first.heading_error_rad, second.heading_error_rad),
+        max(first.cut_m, second.cut_m),
     )

@@ -10,6 +10,7 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.export.aiming import Aim, aim_over
+from mavspiral.export.corners import CUT_M, acceptance_m
 from mavspiral.motion.trajectory import Trajectory, TrajectoryState, belongs
 
 __all__ = ["Stage", "Thinned", "Tolerance", "thin"]
@@ -22,14 +23,15 @@ SAGITTAS = (2.0, 1.7, 1.4, 1.2, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """How far the polygon of the waypoints may stray from the curve, and the camera's aim from its gaze."""
+    """How far the polygon of the waypoints may stray from the curve, the camera's aim from its gaze, a cut from a corner."""
 
     chord_m: float
     heading_rad: float
+    cut_m: float = CUT_M
 
     def scaled(self, factor: float) -> Tolerance:
-        """Both of them larger."""
-        return Tolerance(self.chord_m * factor, self.heading_rad * factor)
+        """All of them larger or smaller; but corners are never cut deeper."""
+        return Tolerance(self.chord_m * factor, self.heading_rad * factor, self.cut_m * min(factor, 1.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +56,7 @@ class Thinned:
         position_enu_m: their places (n, 3), beside the curve where it bends.
         stages: for each waypoint, what leads to it; the first one's leads from it.
         aims: what to look at, from the waypoint of that number on.
+        cut_m: how deep a corner may be cut.
     """
 
     t_s: FloatArray
@@ -62,6 +65,12 @@ class Thinned:
     aims: tuple[tuple[int, Aim], ...]
     chord_error_m: float
     heading_error_rad: float
+    cut_m: float
+
+    @property
+    def radius_m(self) -> FloatArray:
+        """The acceptance radius of each waypoint."""
+        return acceptance_m(self.position_enu_m, self.cut_m)
 
 
 def thin(trajectory: Trajectory, tolerance: Tolerance, stops_s: tuple[float, ...] = ()) -> Thinned:
@@ -95,6 +104,7 @@ def thin(trajectory: Trajectory, tolerance: Tolerance, stops_s: tuple[float, ...
         aims,
         chord_error_m,
         max(aim.error_rad for _, aim in aims),
+        tolerance.cut_m,
     )
 
 

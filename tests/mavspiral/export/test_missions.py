@@ -95,7 +95,7 @@ def test_gazes_that_meet_have_their_meeting_point_for_an_aim(planned):
 
 def test_no_corner_is_cut_deeper_than_stated():
     square = np.array([[0.0, 0, 0], [20, 0, 0], [20, 20, 0], [20.0, 22, 0], [19, 40, 0]])
-    radius_m = acceptance_m(square)
+    radius_m = acceptance_m(square, CUT_M)
     assert radius_m[1] == pytest.approx(CUT_M / np.sin(np.pi / 4))
     assert radius_m[2] == pytest.approx(1.0)  # half way to the next
     assert radius_m[0] == ACCEPTANCE_M
