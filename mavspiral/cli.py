@@ -12,13 +12,14 @@ import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from mavspiral.errors import InputError, LimitError, MavspiralError
 
 if TYPE_CHECKING:
+    from mavspiral.export.check import Verdict
     from mavspiral.flight.flight_log import Event
     from mavspiral.mission import Mission
 
@@ -70,7 +71,7 @@ def main() -> None:
 
 @app.command()
 def plan(mission: MissionFile, out: Out = None, as_json: Json = False) -> None:
-    """Plan the inspection, judge it, and write NAME.plan, .waypoints, .csv, .photos.csv, .kml, .png and .json."""
+    """Plan the inspection, judge it, and write NAME.plan, .waypoints, .csv, .photos.csv, .kml, .geojson, .png and .json."""
     from mavspiral.deliver import write_plan
     from mavspiral.planner import plan as make_plan
     from mavspiral.show.rows import plan_rows
@@ -96,6 +97,10 @@ def simulate(
     fault: Annotated[
         list[str] | None, typer.Option("--fault", help="NAME[=VALUE]@START[+DURATION], e.g. motor=2:0.5@60s.")
     ] = None,
+    via: Annotated[
+        Literal["stream", "mission"],
+        typer.Option("--via", help="Stream setpoints, or upload the exported mission and fly it in AUTO."),
+    ] = "stream",
     out: Out = None,
     as_json: Json = False,
 ) -> None:
@@ -108,7 +113,9 @@ def simulate(
     brief = _load(mission)
     folder = try_folder(_folder(out, brief))
     with _failures_as_json(brief, as_json):
-        flight = fly_simulated(brief, seed=seed, wind_mps=wind, gusts=gust, faults=tuple(fault or ()))
+        flight = fly_simulated(
+            brief, seed=seed, wind_mps=wind, gusts=gust, faults=tuple(fault or ()), via=via
+        )
     summary = flight.summary()
     summary["files"] = write_flight(flight, folder, summary)
     _tell(summary, as_json, flight_rows(summary, brief))
@@ -163,6 +170,86 @@ def fly(
     _tell(summary, as_json, live_rows(summary))
     if flight.outcome.exit_code:
         raise typer.Exit(flight.outcome.exit_code)
+
+
+@app.command()
+def check(
+    plan_file: Annotated[Path, typer.Argument(help="A .plan, ours or not.", show_default=False)],
+    autopilot: Annotated[
+        Literal["px4", "ardupilot"] | None,
+        typer.Option("--autopilot", help="Who shall take it; by default whom it was made for."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Will QGroundControl load this .plan, and will the autopilot take it: item by item, with the reason."""
+    from mavspiral.export.check import check_file
+
+    verdict = check_file(plan_file, autopilot)
+    if as_json:
+        print(json.dumps(verdict.summary(), ensure_ascii=False, allow_nan=False))
+    else:
+        _tell_verdict(plan_file, verdict)
+    if not verdict.ok:
+        raise typer.Exit(1)
+
+
+@app.command()
+def upload(
+    source: Annotated[
+        Path, typer.Argument(help="A .plan, or a mission file (TOML) to plan first.", show_default=False)
+    ],
+    connect: Annotated[
+        str,
+        typer.Option("--connect", help="The vehicle, as MAVSDK or pymavlink spell it: udpin://0.0.0.0:14540"),
+    ],
+    as_json: Json = False,
+) -> None:
+    """Upload mission, fence and rally points, read them back and compare them item by item."""
+    from mavspiral.export.check.plan_json import read_plan_json
+    from mavspiral.uploads import upload as upload_plan
+
+    document = _planned_document(source) if source.suffix == ".toml" else read_plan_json(source)
+    uploaded = upload_plan(document, connect)
+    if as_json:
+        print(json.dumps(uploaded.summary(), ensure_ascii=False, allow_nan=False))
+    else:
+        for line in uploaded.differences:
+            print(line)
+        print(
+            f"{source.name}: {uploaded.items} items, {uploaded.fence} of the fence, {uploaded.rally} rally points: "
+            f"{uploaded.outcome.reason}"
+        )
+    if uploaded.outcome.exit_code:
+        raise typer.Exit(uploaded.outcome.exit_code)
+
+
+def _planned_document(path: Path) -> dict[str, Any]:
+    from mavspiral.handover import inspection_documents, inspection_missions
+    from mavspiral.planner import plan as make_plan
+
+    inspection = make_plan(_load(path))
+    documents = inspection_documents(inspection, inspection_missions(inspection))
+    if len(documents) > 1:
+        raise InputError(
+            f"{path}: the mission is in {len(documents)} sorties. Fix: `mavspiral plan`, then upload the .plan of the one to fly"
+        )
+    return documents[0]
+
+
+def _tell_verdict(path: Path, verdict: Verdict) -> None:
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    for word, style, lines in (("error", "red", verdict.errors), ("warning", "yellow", verdict.warnings)):
+        for line in lines:
+            console.print(Text.assemble((word, style), " ", line), soft_wrap=True)
+    words = "loads and is taken" if verdict.ok else "does not pass"
+    asked = f", held against {verdict.autopilot}" if verdict.autopilot else ""
+    console.print(
+        Text(f"{path.name}: {verdict.items} items{asked}: {words}", "green" if verdict.ok else "red"),
+        soft_wrap=True,
+    )
 
 
 def _ask(name: str, url: str) -> None:

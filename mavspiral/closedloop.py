@@ -9,19 +9,24 @@ from __future__ import annotations
 import io
 import math
 import time
+from typing import Literal
 
 import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError, LimitError
+from mavspiral.flight.auto_flight import AutoFlight
 from mavspiral.flight.flight_log import TlogWriter
 from mavspiral.flight.outcome import Outcome, SessionConfig
+from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
-from mavspiral.flown import Flight
+from mavspiral.flown import Flight, log_along, shots_at
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
+from mavspiral.handover import inspection_documents, inspection_missions
 from mavspiral.mission import Mission
 from mavspiral.planner import Inspection, plan
 from mavspiral.survey.solids import Solids
+from mavspiral.uploads import mission_lists
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
 from sitl.params import Params
@@ -44,8 +49,11 @@ WITNESS_US = 20_000
 """The truth is written down as often as the session writes its log, and at the same moments."""
 
 ABOVE_HOME_M = 1.0
-PATIENCE = 3.0
-"""A flight may take this many times its planned duration."""
+Via = Literal["stream", "mission"]
+"""How the vehicle is told where to fly."""
+
+PATIENCE: dict[Via, float] = {"stream": 3.0, "mission": 6.0}
+"""A flight may take this many times its planned duration; an autopilot that follows waypoints takes longer."""
 
 
 def simulate(
@@ -55,8 +63,11 @@ def simulate(
     wind_mps: float = 0.0,
     gusts: bool = False,
     faults: tuple[str, ...] = (),
+    via: Via = "stream",
 ) -> Flight:
     """The mission (or its plan) flown from take-off to landing by the bundled vehicle; same seed, same bits.
+
+    Streamed setpoint by setpoint, or `via` the exported mission, which the vehicle is given and flies in AUTO.
 
     The vehicle stands at the mission's home; its EKF's origin is neither that place nor the plan's origin.
 
@@ -68,15 +79,26 @@ def simulate(
     mission = inspection.mission
     simulator = Simulator(_config(inspection, seed, wind_mps, gusts, faults))
     tape = io.BytesIO()
-    session = Session(
-        inspection.route_from,
-        inspection.site.heights.frame,
-        SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
-        way_home=inspection.way_home,
-        tap=TlogWriter(tape, TLOG_EPOCH_US).write,
-    )
+    tap = TlogWriter(tape, TLOG_EPOCH_US).write
+    session: Session | AutoFlight
+    if via == "stream":
+        session = Session(
+            inspection.route_from,
+            inspection.site.heights.frame,
+            SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
+            way_home=inspection.way_home,
+            tap=tap,
+        )
+    else:
+        documents = inspection_documents(inspection, inspection_missions(inspection))
+        if len(documents) > 1:
+            raise InputError(
+                f"{mission.name}: as a mission it takes {len(documents)} sorties, and one flight is simulated. "
+                "Fix: larger [vehicle] max_items or endurance_s"
+            )
+        session = AutoFlight(mission_lists(documents[0]), tap=tap)
     witness = _Witness(simulator)
-    limit_us = round(1e6 * (PATIENCE * inspection.trajectory.duration_s + 300.0))
+    limit_us = round(1e6 * (PATIENCE[via] * inspection.trajectory.duration_s + 300.0))
     now_us, to_vehicle = 0, b""
     begin_s = time.perf_counter()
     while session.outcome is None and now_us < limit_us:
@@ -161,7 +183,7 @@ class _Witness:
 
 def _measured(
     inspection: Inspection,
-    session: Session,
+    session: Session | AutoFlight,
     outcome: Outcome,
     witness: _Witness,
     tlog: bytes,
@@ -169,18 +191,27 @@ def _measured(
     sim_s: float,
     wall_s: float,
 ) -> Flight:
-    if session.trajectory is None:
+    trajectory = inspection.trajectory if isinstance(session, AutoFlight) else session.trajectory
+    if trajectory is None:
         raise LimitError(f"{inspection.mission.name}: the flight never began: {outcome.reason}")
     seen, frame, heights = witness.columns(), inspection.site.heights.frame, inspection.site.heights
     to_home = frame.to_vehicle(frame.geo_point(inspection.home_enu_m))
     position_enu_m = to_home.position_enu_m(seen["position_ned_m"])
     solids = Solids.of_map(heights)
 
-    log = session.log()
+    if isinstance(session, AutoFlight):
+        log = session.log(frame, tuple(leg.name for leg in trajectory.legs))
+    else:
+        log = session.log()
     at = np.searchsorted(seen["time_us"], log.t_us)
     yaw_enu_rad = np.unwrap(yaw_ned_to_enu(seen["yaw_ned_rad"][at]))
     log = log.with_truth(position_enu_m[at], seen["velocity_ned_mps"][at] @ to_home.R_ned_enu, yaw_enu_rad)
-    shots = inspection.flown_shots(session.trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad)
+    if isinstance(session, AutoFlight):
+        log = log_along(log, trajectory)
+        captured_s = np.array([picture.time_boot_ms / 1e3 for picture in session.captured])
+        shots = shots_at(log, captured_s, trajectory)
+    else:
+        shots = inspection.flown_shots(trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad)
     inspecting = log.on_leg("inspection")
     tracking_m = np.sqrt(((position_enu_m[at] - log.reference_position_enu_m)[inspecting] ** 2).sum(axis=1))
     believed_enu_m = _believed_map(inspection, witness.simulator).position_enu_m(seen["believed_ned_m"][at])
@@ -189,7 +220,7 @@ def _measured(
     nees = (error_m**2 / variance_enu_m2).sum(axis=1) / 3.0
     return Flight(
         inspection=inspection,
-        trajectory=session.trajectory,
+        trajectory=trajectory,
         outcome=outcome,
         log=log,
         tlog=tlog,
@@ -197,7 +228,8 @@ def _measured(
         sim_s=sim_s,
         wall_s=wall_s,
         rtf=(sim_s - START_UP_US / 1e6) / wall_s,
-        stream=session.figures,
+        stream=StreamFigures(0, 0.0, 0.0) if isinstance(session, AutoFlight) else session.figures,
+        via="mission" if isinstance(session, AutoFlight) else "stream",
         tracking_m=tracking_m,
         clearance_t_s=seen["time_us"] / 1e6,
         clearance_m=solids.distance_m(position_enu_m),

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mavspiral.export.fitting import Fit
 from mavspiral.export.geo import trajectory_kml
-from mavspiral.export.items import mission_items
-from mavspiral.export.plan_file import plan_document
+from mavspiral.export.geojson import flight_geojson
 from mavspiral.export.tables import photos_csv, trajectory_csv
 from mavspiral.export.waypoints import waypoints_text
 from mavspiral.files import write_bytes, write_json, write_text
+from mavspiral.handover import inspection_documents, inspection_missions, mission_warnings
 from mavspiral.motion.trajectory import belongs
 from mavspiral.planner import Inspection
 from mavspiral.show.figures import FlownPath, Profile, write_figure
@@ -27,32 +28,26 @@ __all__ = ["write_flight", "write_live", "write_plan"]
 
 
 def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
-    """The plan's files by kind: plan, waypoints, csv, photos, kml, png and json (the summary)."""
+    """The plan's files by kind: plan, waypoints, csv, photos, kml, geojson, png and json (the summary).
+
+    `summary` is told how many sorties the missions take, and what it costs to fly them.
+    """
     mission, frame, trajectory = inspection.mission, inspection.site.heights.frame, inspection.trajectory
-    items = mission_items(
-        trajectory,
-        frame,
-        inspection.home_enu_m,
-        autopilot=mission.vehicle.autopilot,
-        items_max=mission.vehicle.max_items,
-    )
-    document = plan_document(
-        items,
-        frame,
-        inspection.clearance.position_enu_m,
-        name=mission.name,
-        fence_margin_m=mission.limits.clearance_m,
-    )
+    fit = inspection_missions(inspection)
+    summary["sorties"] = len(fit.missions)
+    summary["warnings"] = [*summary["warnings"], *mission_warnings(fit, mission.vehicle.max_items)]
     base = folder / mission.name
-    files = {
-        "plan": write_json(base.with_name(f"{mission.name}.plan"), document),
-        "waypoints": write_text(base.with_name(f"{mission.name}.waypoints"), waypoints_text(items)),
+    files = _write_missions(inspection, fit, base) | {
         "csv": write_text(base.with_name(f"{mission.name}.csv"), trajectory_csv(trajectory, frame)),
         "photos": write_text(
             base.with_name(f"{mission.name}.photos.csv"), photos_csv(inspection.shots, frame)
         ),
         "kml": write_text(
             base.with_name(f"{mission.name}.kml"), trajectory_kml(trajectory, frame, mission.name)
+        ),
+        "geojson": write_json(
+            base.with_name(f"{mission.name}.geojson"),
+            flight_geojson(trajectory, inspection.shots, frame, mission.name),
         ),
         "png": write_figure(
             base.with_name(f"{mission.name}.png"),
@@ -69,6 +64,17 @@ def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) ->
     names["json"] = str(base.with_name(f"{mission.name}.json"))
     write_json(Path(names["json"]), {**summary, "files": names})
     return names
+
+
+def _write_missions(inspection: Inspection, fit: Fit, base: Path) -> dict[str, Path]:
+    """NAME.plan and NAME.waypoints; NAME.1.plan and so on where there are several sorties."""
+    files = {}
+    documents = inspection_documents(inspection, fit)
+    for number, (items, document) in enumerate(zip(fit.missions, documents, strict=True), start=1):
+        stem, kind = (base.name, "") if len(documents) == 1 else (f"{base.name}.{number}", f"_{number}")
+        files[f"plan{kind}"] = write_json(base.with_name(f"{stem}.plan"), document)
+        files[f"waypoints{kind}"] = write_text(base.with_name(f"{stem}.waypoints"), waypoints_text(items))
+    return files
 
 
 def write_flight(flight: Flight, folder: Path, summary: dict[str, Any]) -> dict[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,12 +12,13 @@ from mavspiral.arrays import FloatArray
 from mavspiral.flight.flight_log import Event, FlightLog
 from mavspiral.flight.outcome import Outcome
 from mavspiral.flight.schedule import StreamFigures
+from mavspiral.motion.nearest import path_times_s
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection
 from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.shots import Shots
 
-__all__ = ["Flight", "LiveFlight"]
+__all__ = ["Flight", "LiveFlight", "log_along", "shots_at"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +43,7 @@ class Flight:
     estimate_error_m: FloatArray
     nees: FloatArray
     battery_used: float
+    via: str = "stream"
 
     @property
     def left_the_ground(self) -> bool:
@@ -91,7 +93,7 @@ class Flight:
             "name": self.inspection.mission.name,
             "seed": self.seed,
             "autopilot": self.inspection.mission.vehicle.autopilot,
-            "via": "stream",
+            "via": self.via,
             "sim_s": round(self.sim_s, 2),
             "wall_s": round(self.wall_s, 3),
             "rtf": round(self.rtf, 1),
@@ -156,6 +158,32 @@ class LiveFlight:
             "passed": self.outcome.ok,
             "failures": [] if self.outcome.ok else [self.outcome.reason],
         }
+
+
+def log_along(log: FlightLog, trajectory: Trajectory) -> FlightLog:
+    """The log of a flight that followed no clock of ours: the reference of each row is the nearest point, by truth."""
+    assert log.truth_position_enu_m is not None
+    path_t_s = path_times_s(trajectory, log.truth_position_enu_m)
+    states = trajectory(path_t_s)
+    begins_s = [trajectory.span_s(leg.name)[0] for leg in trajectory.legs]
+    return replace(
+        log,
+        path_t_s=path_t_s,
+        leg=np.searchsorted(begins_s, path_t_s, side="right") - 1,
+        reference_position_enu_m=states.position_enu_m,
+        reference_velocity_enu_mps=states.velocity_enu_mps,
+        reference_yaw_enu_rad=states.yaw_enu_rad,
+    )
+
+
+def shots_at(log: FlightLog, vehicle_s: FloatArray, trajectory: Trajectory) -> Shots:
+    """The pictures taken at those times of the vehicle's clock, from where it truly was; pitch as planned for the place."""
+    assert log.truth_position_enu_m is not None and log.truth_yaw_enu_rad is not None
+    logged = (vehicle_s >= log.vehicle_s[0]) & (vehicle_s <= log.vehicle_s[-1]) if len(log.vehicle_s) else []
+    at_s = vehicle_s[logged]
+    columns = (*log.truth_position_enu_m.T, log.truth_yaw_enu_rad, log.path_t_s)
+    east, north, up, yaw, path_t_s = (np.interp(at_s, log.vehicle_s, column) for column in columns)
+    return Shots(path_t_s, np.column_stack([east, north, up]), yaw, trajectory(path_t_s).gimbal_pitch_rad)
 
 
 def _spread(errors_m: FloatArray) -> dict[str, float | None]:

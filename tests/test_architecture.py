@@ -14,7 +14,7 @@ MAVSPIRAL = """
 cli
 deliver
 closedloop live
-flown
+flown handover uploads
 show planner
 pieces route
 passes

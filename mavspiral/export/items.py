@@ -1,7 +1,8 @@
 """A trajectory as mission items that an autopilot flies by itself in AUTO.
 
-PX4 takes the heading from param4 of a waypoint and refuses DO_ items that are not in frame MISSION;
-ArduPilot drops param4, so that each waypoint is followed by a CONDITION_YAW.
+The heading comes from a region of interest, not from the waypoints: PX4 waits at a waypoint until it has turned as
+its param4 says, ArduPilot drops param4. Commands without a place are in frame MISSION, because PX4 refuses them in
+any other.
 """
 
 from __future__ import annotations
@@ -12,12 +13,10 @@ from typing import Literal
 
 import numpy as np
 
-from mavspiral.errors import LimitError
-from mavspiral.export.thinning import Thinned, thin
-from mavspiral.frames import GeoPoint, LocalFrame, yaw_enu_to_ned
-from mavspiral.motion.trajectory import Trajectory
+from mavspiral.export.thinning import GRID_S, Thinned
+from mavspiral.frames import GeoPoint, LocalFrame
 
-__all__ = ["Item", "MissionItems", "mission_items"]
+__all__ = ["Autopilot", "CameraOrders", "Item", "MissionItems", "mission_frame_item", "mission_items"]
 
 Autopilot = Literal["px4", "ardupilot"]
 
@@ -26,18 +25,39 @@ MAV_FRAME_MISSION = 2
 MAV_CMD_NAV_WAYPOINT = 16
 MAV_CMD_NAV_RETURN_TO_LAUNCH = 20
 MAV_CMD_NAV_TAKEOFF = 22
-MAV_CMD_CONDITION_YAW = 115
 MAV_CMD_DO_CHANGE_SPEED = 178
-ACCEPTANCE_M = 1.0
+MAV_CMD_DO_SET_ROI_LOCATION = 195
+MAV_CMD_DO_SET_ROI_NONE = 197
+SPEED_STEP_MPS = 0.1
+
+Seven = tuple[float, float, float, float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One mission item. `params` are MAVLink's seven; NaN marks what the autopilot shall choose."""
+    """One mission item. `params` are MAVLink's seven; NaN marks what the autopilot shall choose.
+
+    `t_s` is the path time that it belongs to, NaN where it belongs to none.
+    """
 
     command: int
     frame: int
-    params: tuple[float, float, float, float, float, float, float]
+    params: Seven
+    t_s: float = math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class CameraOrders:
+    """What begins the pictures of a leg and what ends them, and what is done at the waypoints of the times `each_s`."""
+
+    begin: tuple[Item, ...] = ()
+    each: tuple[Item, ...] = ()
+    end: tuple[Item, ...] = ()
+    each_s: tuple[float, ...] = ()
+
+    def at(self, t_s: float) -> tuple[Item, ...]:
+        """What is done at the waypoint of that path time."""
+        return self.each if any(abs(t_s - each_s) <= GRID_S / 2 + 1e-9 for each_s in self.each_s) else ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,63 +72,51 @@ class MissionItems:
 
 
 def mission_items(
-    trajectory: Trajectory, frame: LocalFrame, home_enu_m: np.ndarray, *, autopilot: Autopilot, items_max: int
+    thinned: Thinned,
+    frame: LocalFrame,
+    home_enu_m: np.ndarray,
+    *,
+    autopilot: Autopilot,
+    camera: CameraOrders,
 ) -> MissionItems:
-    """Take-off, speed, the trajectory's waypoints with heading, return: at most `items_max` items.
-
-    Raises:
-        LimitError: not even the corners of the legs fit into `items_max`.
-    """
-    a_waypoint = 2 if autopilot == "ardupilot" else 1
-    overhead = 3
-    thinned = thin(trajectory, (items_max - overhead) // a_waypoint)
-    count = overhead + len(thinned.t_s) * a_waypoint
-    if count > items_max:
-        raise LimitError(
-            f"the mission needs {count} items at its coarsest and max_items is {items_max}. "
-            f"Fix: [vehicle] max_items ≥ {count}, or stream it with `mavspiral fly`"
-        )
+    """Take-off, the waypoints with speeds, aims and camera orders between them, return."""
     home = frame.geo_point(home_enu_m)
-    lat, lon, alt = frame.to_geodetic(thinned.position_enu_m)
-    begin_s, end_s = trajectory.span_s("inspection")
-    t_s = np.linspace(begin_s, end_s, 1000)
-    velocity = trajectory(t_s[trajectory.on("inspection", t_s)]).velocity_enu_mps
-    speed_mps = round(float(np.median(np.sqrt((velocity**2).sum(axis=1)))), 2)
+    radius_m = thinned.radius_m
+
+    def place(position_enu_m: np.ndarray) -> tuple[float, float, float]:
+        lat, lon, alt = frame.to_geodetic(position_enu_m)
+        return float(lat), float(lon), round(float(alt) - home.alt_amsl_m, 3)
+
+    def placed(command: int, p2: float, yaw_deg: float, position_enu_m: np.ndarray, t_s: float) -> Item:
+        params = (0.0, p2, 0.0, yaw_deg, *place(position_enu_m))
+        return Item(command, MAV_FRAME_GLOBAL_RELATIVE_ALT, params, t_s)
 
     nan = math.nan if autopilot == "px4" else 0.0
-    items = [
-        Item(
-            MAV_CMD_NAV_TAKEOFF,
-            MAV_FRAME_GLOBAL_RELATIVE_ALT,
-            (0, 0, 0, nan, home.lat_deg, home.lon_deg, _metres(alt[0] - home.alt_amsl_m)),
-        ),
-        Item(MAV_CMD_DO_CHANGE_SPEED, MAV_FRAME_MISSION, (1, speed_mps, -1, 0, 0, 0, 0)),
-    ]
-    for i, yaw_enu_rad in enumerate(thinned.yaw_enu_rad):
-        yaw_ned_deg = round(math.degrees(float(yaw_enu_to_ned(yaw_enu_rad))), 2)
-        place = (float(lat[i]), float(lon[i]), _metres(alt[i] - home.alt_amsl_m))
-        if autopilot == "px4":
-            heading = (yaw_ned_deg + 180.0) % 360.0 - 180.0
-            params = (0.0, ACCEPTANCE_M, 0.0, round(heading, 2), *place)
-            items.append(Item(MAV_CMD_NAV_WAYPOINT, MAV_FRAME_GLOBAL_RELATIVE_ALT, params))
-        else:
-            items.append(Item(MAV_CMD_NAV_WAYPOINT, MAV_FRAME_GLOBAL_RELATIVE_ALT, (0, 0, 0, 0, *place)))
-            direction = _turn(thinned.yaw_enu_rad, i)
-            items.append(
-                Item(
-                    MAV_CMD_CONDITION_YAW, MAV_FRAME_MISSION, (yaw_ned_deg % 360.0, 0, direction, 0, 0, 0, 0)
-                )
-            )
-    items.append(Item(MAV_CMD_NAV_RETURN_TO_LAUNCH, MAV_FRAME_MISSION, (0, 0, 0, 0, 0, 0, 0)))
-    return MissionItems(autopilot, home, tuple(items), thinned, speed_mps)
+    above_home = np.append(home_enu_m[:2], thinned.position_enu_m[0, 2])
+    items = [placed(MAV_CMD_NAV_TAKEOFF, 0.0, nan, above_home, float(thinned.t_s[0]))]
+    aims, speed_mps, last = dict(thinned.aims), 0.0, len(thinned.t_s) - 1
+    for i, (position, stage) in enumerate(zip(thinned.position_enu_m, thinned.stages, strict=True)):
+        onward = thinned.stages[i + 1] if i < last else None
+        if i:
+            p2 = round(float(radius_m[i]), 2) if autopilot == "px4" else 0.0
+            items.append(placed(MAV_CMD_NAV_WAYPOINT, p2, nan, position, float(thinned.t_s[i])))
+        if i and stage.inspects:
+            items += camera.at(float(thinned.t_s[i])) if onward is stage else camera.end
+        if onward is None:
+            break
+        if i in aims:
+            items.append(placed(MAV_CMD_DO_SET_ROI_LOCATION, 0.0, 0.0, aims[i].point_enu_m, math.nan))
+        if abs(onward.speed_mps - speed_mps) >= SPEED_STEP_MPS:
+            speed_mps = onward.speed_mps
+            items.append(mission_frame_item(MAV_CMD_DO_CHANGE_SPEED, 1.0, speed_mps, -1.0))
+        if onward.inspects and (onward is not stage or i == 0):
+            items += camera.begin
+    items += [mission_frame_item(MAV_CMD_DO_SET_ROI_NONE), mission_frame_item(MAV_CMD_NAV_RETURN_TO_LAUNCH)]
+    inspection_mps = max((stage.speed_mps for stage in thinned.stages if stage.inspects), default=speed_mps)
+    return MissionItems(autopilot, home, tuple(items), thinned, inspection_mps)
 
 
-def _turn(yaw_enu_rad: np.ndarray, index: int) -> int:
-    """CONDITION_YAW's param3: 1 clockwise, -1 counter-clockwise, as the trajectory turns."""
-    if index == 0:
-        return 1
-    return -1 if yaw_enu_rad[index] > yaw_enu_rad[index - 1] else 1
-
-
-def _metres(value: float) -> float:
-    return round(float(value), 3)
+def mission_frame_item(command: int, *params: float) -> Item:
+    """An item without a place; parameters that are not given are zero."""
+    p1, p2, p3, p4, p5, p6, p7 = (*params, *(0.0,) * (7 - len(params)))
+    return Item(command, MAV_FRAME_MISSION, (p1, p2, p3, p4, p5, p6, p7))

@@ -12,25 +12,25 @@ from typing import Any
 import numpy as np
 
 from mavspiral.arrays import FloatArray
+from mavspiral.export.fences import SafeArea
 from mavspiral.export.items import Item, MissionItems
+from mavspiral.export.own_plan import KEY
 from mavspiral.frames import LocalFrame
 
-__all__ = ["fence_enu_m", "plan_document"]
+__all__ = ["plan_document"]
 
 MAV_AUTOPILOT = {"px4": 12, "ardupilot": 3}
 MAV_TYPE_QUADROTOR = 2
 ALTITUDE_MODE_RELATIVE = 1
-HAS_ALTITUDE = (16, 22)
-FENCE_SIDES = 16
+HAS_ALTITUDE = (16, 22, 195)
 
 
 def plan_document(
-    mission: MissionItems, frame: LocalFrame, position_enu_m: FloatArray, *, name: str, fence_margin_m: float
+    mission: MissionItems, frame: LocalFrame, area: SafeArea, notes: dict[str, Any]
 ) -> dict[str, Any]:
-    """The `.plan` as a JSON document: the items, and an inclusion fence round the flown positions `(n, 3)`."""
+    """The `.plan` as a JSON document: the items, the fence, a rally point, and our own `notes`."""
     home = mission.home
-    fence = fence_enu_m(position_enu_m, fence_margin_m)
-    lat, lon, _ = frame.to_geodetic(np.column_stack([fence, np.zeros(len(fence))]))
+    rally = frame.geo_point(area.rally_enu_m)
     return {
         "fileType": "Plan",
         "version": 1,
@@ -48,35 +48,25 @@ def plan_document(
         "geoFence": {
             "version": 2,
             "polygons": [
-                {
-                    "version": 1,
-                    "inclusion": True,
-                    "polygon": [[_angle(a), _angle(o)] for a, o in zip(lat, lon, strict=True)],
-                }
+                _polygon(area.inside_enu_m, frame, inclusion=True),
+                *(_polygon(corners, frame, inclusion=False) for corners in area.outside_enu_m),
             ],
             "circles": [],
         },
-        "rallyPoints": {"version": 2, "points": []},
-        "mavspiral": {
-            "schema": 1,
-            "name": name,
-            "chord_error_m": round(mission.thinned.chord_error_m, 3),
-            "heading_error_deg": round(math.degrees(mission.thinned.heading_error_rad), 2),
+        "rallyPoints": {
+            "version": 2,
+            "points": [
+                [_angle(rally.lat_deg), _angle(rally.lon_deg), round(rally.alt_amsl_m - home.alt_amsl_m, 3)]
+            ],
         },
+        KEY: notes,
     }
 
 
-def fence_enu_m(position_enu_m: FloatArray, margin_m: float) -> FloatArray:
-    """A convex polygon `(16, 2)` whose every side keeps at least `margin_m` from all positions."""
-    angle = np.arange(FENCE_SIDES) * 2 * np.pi / FENCE_SIDES
-    normal = np.column_stack([np.cos(angle), np.sin(angle)])
-    reach = (position_enu_m[:, :2] @ normal.T).max(axis=0) + margin_m
-    following = np.roll(normal, -1, axis=0)
-    sides = np.stack([normal, following], axis=1)
-    corners: FloatArray = np.linalg.solve(sides, np.column_stack([reach, np.roll(reach, -1)])[:, :, None])[
-        :, :, 0
-    ]
-    return corners
+def _polygon(corners_enu_m: FloatArray, frame: LocalFrame, *, inclusion: bool) -> dict[str, Any]:
+    lat, lon, _ = frame.to_geodetic(np.column_stack([corners_enu_m, np.zeros(len(corners_enu_m))]))
+    corners = [[_angle(a), _angle(o)] for a, o in zip(lat, lon, strict=True)]
+    return {"version": 1, "inclusion": inclusion, "polygon": corners}
 
 
 def _simple_item(number: int, item: Item) -> dict[str, Any]:

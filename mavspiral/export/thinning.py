@@ -1,78 +1,132 @@
-"""The fewest waypoints that keep a trajectory's shape and heading, or as many as a board can hold."""
+"""The fewest waypoints that keep a trajectory's shape and gaze, or as many as a board can hold."""
 
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from mavspiral.arrays import FloatArray
-from mavspiral.motion.trajectory import Trajectory
+from mavspiral.export.aiming import Aim, aim_over
+from mavspiral.export.corners import CUT_M, acceptance_m
+from mavspiral.motion.trajectory import Trajectory, TrajectoryState, belongs
 
-__all__ = ["Thinned", "thin"]
+__all__ = ["Stage", "Thinned", "Tolerance", "thin"]
 
 GRID_S = 0.1
-CHORD_M = 0.25
-HEADING_RAD = np.radians(10.0)
+SPEED_MIN_MPS = 0.5
+SAGITTAS = (2.0, 1.7, 1.4, 1.2, 1.0)
+"""How far a chord may be from the curve, in chord errors, before its ends are moved outwards; the last: they are not."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How far the polygon of the waypoints may stray from the curve, the camera's aim from its gaze, a cut from a corner."""
+
+    chord_m: float
+    heading_rad: float
+    cut_m: float = CUT_M
+
+    def scaled(self, factor: float) -> Tolerance:
+        """All of them larger or smaller; but corners are never cut deeper."""
+        return Tolerance(self.chord_m * factor, self.heading_rad * factor, self.cut_m * min(factor, 1.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """A leg as a mission knows it: its name and the greatest speed that is planned on it."""
+
+    name: str
+    speed_mps: float
+
+    @property
+    def inspects(self) -> bool:
+        """Whether pictures are taken on it."""
+        return belongs(self.name, "inspection")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Thinned:
-    """Waypoints along a trajectory, and how far straight legs between them stray from it."""
+    """Waypoints along a trajectory, where to look between them, and how far both stray from it.
+
+    Args:
+        t_s: the path times (n,) of the waypoints.
+        position_enu_m: their places (n, 3), beside the curve where it bends.
+        stages: for each waypoint, what leads to it; the first one's leads from it.
+        aims: what to look at, from the waypoint of that number on.
+        cut_m: how deep a corner may be cut.
+    """
 
     t_s: FloatArray
     position_enu_m: FloatArray
-    yaw_enu_rad: FloatArray
+    stages: tuple[Stage, ...]
+    aims: tuple[tuple[int, Aim], ...]
     chord_error_m: float
     heading_error_rad: float
+    cut_m: float
+
+    @property
+    def radius_m(self) -> FloatArray:
+        """The acceptance radius of each waypoint."""
+        return acceptance_m(self.position_enu_m, self.cut_m)
 
 
-def thin(trajectory: Trajectory, count_max: int) -> Thinned:
-    """At most `count_max` waypoints (at least one a leg and its ends) with the smallest errors that allows.
+def thin(trajectory: Trajectory, tolerance: Tolerance, stops_s: tuple[float, ...] = ()) -> Thinned:
+    """The fewest waypoints within the tolerance: the ends of the legs, `stops_s`, and what is needed between.
 
-    The chord error is the distance from the trajectory to the straight line between two waypoints, the
-    heading error half the turn between them. They start at 0.25 m and 10° and grow together until the
-    waypoints fit.
+    The chords' middles stray to one side of the curve as far as the waypoints to the other: so a chord may be
+    √2 times as long as one between points of the curve.
     """
     states = trajectory.sampled(GRID_S)
     corners = np.cumsum([0.0, *(leg.law.duration_s for leg in trajectory.legs)])
-    stops = np.unique(np.clip(np.round(corners / GRID_S).astype(np.int64), 0, len(states.t_s) - 1))
+    wanted_s = np.concatenate([corners, stops_s])
+    stops = np.unique(np.clip(np.round(wanted_s / GRID_S).astype(np.int64), 0, len(states.t_s) - 1))
     stops[-1] = len(states.t_s) - 1
-
-    def chosen(scale: float) -> list[int]:
+    for sagitta in SAGITTAS:
         kept = [0]
         for begin, end in itertools.pairwise(stops):
-            kept += _leg(states.position_enu_m, states.yaw_enu_rad, int(begin), int(end), scale)
-        return kept
+            kept += _leg(states, int(begin), int(end), tolerance, sagitta * tolerance.chord_m)
+        index = np.array(kept)
+        share = 0.5 if sagitta > 1.0 else 0.0
+        places = _balanced(states.position_enu_m, index, np.isin(index, stops), share)
+        chord_error_m = _stray_m(states.position_enu_m, index, places)
+        if chord_error_m <= tolerance.chord_m:
+            break
+    aims = _aims(states, index, tolerance)
+    stages = _stages(trajectory, states)
+    ends = np.clip(np.searchsorted(corners, states.t_s[index] - GRID_S / 2) - 1, 0, len(stages) - 1)
+    return Thinned(
+        states.t_s[index],
+        places,
+        tuple(stages[i] for i in ends),
+        aims,
+        chord_error_m,
+        max(aim.error_rad for _, aim in aims),
+        tolerance.cut_m,
+    )
 
-    low = high = 1.0
-    kept = chosen(high)
-    while len(kept) > count_max and high < 1e4:
-        low, high = high, high * 2.0
-        kept = chosen(high)
-    while high - low > 0.02 * low:
-        middle = 0.5 * (low + high)
-        fewer = chosen(middle)
-        if len(fewer) <= count_max:
-            high, kept = middle, fewer
-        else:
-            low = middle
-    index = np.array(kept)
-    position, yaw = states.position_enu_m, states.yaw_enu_rad
-    chord_m = max((_chord_m(position[a : b + 1]).max() for a, b in itertools.pairwise(kept)), default=0.0)
-    heading = max((np.ptp(yaw[a : b + 1]) / 2 for a, b in itertools.pairwise(kept)), default=0.0)
-    return Thinned(states.t_s[index], position[index], yaw[index], float(chord_m), float(heading))
+
+def _stages(trajectory: Trajectory, states: TrajectoryState) -> list[Stage]:
+    begins_s = np.cumsum([0.0, *(leg.law.duration_s for leg in trajectory.legs)])
+    speed_mps = np.sqrt((states.velocity_enu_mps**2).sum(axis=1))
+    stages = []
+    for leg, (begin_s, end_s) in zip(trajectory.legs, itertools.pairwise(begins_s), strict=True):
+        on = (states.t_s >= begin_s) & (states.t_s <= end_s)
+        greatest_mps = float(speed_mps[on].max(initial=0.0))
+        stages.append(Stage(leg.name, max(SPEED_MIN_MPS, round(greatest_mps, 2))))
+    return stages
 
 
-def _leg(position_m: FloatArray, yaw_rad: FloatArray, begin: int, end: int, scale: float) -> list[int]:
-    """Greedy: from each waypoint the farthest next one whose chord and heading are still within bounds."""
+def _leg(states: TrajectoryState, begin: int, end: int, tolerance: Tolerance, sagitta_m: float) -> list[int]:
+    """Greedy: from each waypoint the farthest next one whose chord and aim are still within bounds."""
     kept, here = [], begin
     while here < end:
         good, step = here + 1, 1
         while good < end:
             ahead = min(good + step, end)
-            if _within(position_m[here : ahead + 1], yaw_rad[here : ahead + 1], scale):
+            if _within(states, here, ahead, tolerance, sagitta_m):
                 good, step = ahead, step * 2
             elif step == 1:
                 break
@@ -83,16 +137,61 @@ def _leg(position_m: FloatArray, yaw_rad: FloatArray, begin: int, end: int, scal
     return kept
 
 
-def _within(position_m: FloatArray, yaw_rad: FloatArray, scale: float) -> bool:
-    return bool(np.ptp(yaw_rad) <= 2 * HEADING_RAD * scale and _chord_m(position_m).max() <= CHORD_M * scale)
+def _within(states: TrajectoryState, begin: int, end: int, tolerance: Tolerance, sagitta_m: float) -> bool:
+    offsets_m = _offsets_m(states.position_enu_m[begin : end + 1])
+    if np.sqrt((offsets_m**2).sum(axis=1)).max() > sagitta_m:
+        return False
+    return aim_over(states, begin, end).error_rad <= tolerance.heading_rad
 
 
-def _chord_m(position_m: FloatArray) -> FloatArray:
-    """Distances of the points from the straight line between the first and the last of them."""
-    offset, chord = position_m - position_m[0], position_m[-1] - position_m[0]
+def _offsets_m(position_m: FloatArray) -> FloatArray:
+    """From the straight line between the first and the last of the points to each of them."""
+    return _from_chord_m(position_m, position_m[0], position_m[-1])
+
+
+def _from_chord_m(position_m: FloatArray, begin_m: FloatArray, end_m: FloatArray) -> FloatArray:
+    offset, chord = position_m - begin_m, end_m - begin_m
     length_2 = float((chord * chord).sum())
-    along = (
-        np.clip((offset * chord).sum(axis=1) / length_2, 0.0, 1.0) if length_2 > 0 else np.zeros(len(offset))
-    )
-    distance: FloatArray = np.sqrt(((offset - along[:, None] * chord) ** 2).sum(axis=1))
-    return distance
+    along = np.clip((offset @ chord) / length_2, 0.0, 1.0) if length_2 > 0 else np.zeros(len(offset))
+    away: FloatArray = offset - along[:, None] * chord
+    return away
+
+
+def _balanced(position_m: FloatArray, index: np.ndarray, fixed: np.ndarray, share: float) -> FloatArray:
+    """The waypoints moved outwards by a share of how far inside the worse of the chords beside them is."""
+    places: FloatArray = position_m[index].copy()
+    bulge = np.zeros((len(index) - 1, 3))
+    for i, (a, b) in enumerate(itertools.pairwise(index)):
+        away = _offsets_m(position_m[a : b + 1])
+        bulge[i] = away[int(np.argmax((away**2).sum(axis=1)))]
+    size = (bulge**2).sum(axis=1)
+    places[1:-1] += share * np.where((size[:-1] > size[1:])[:, None], bulge[:-1], bulge[1:])
+    places[fixed] = position_m[index][fixed]
+    return places
+
+
+def _stray_m(position_m: FloatArray, index: np.ndarray, places: FloatArray) -> float:
+    """The largest distance between curve and polygon, either way."""
+    worst = 0.0
+    for i, (a, b) in enumerate(itertools.pairwise(index)):
+        away = _from_chord_m(position_m[a : b + 1], places[i], places[i + 1])
+        worst = max(worst, float((away**2).sum(axis=1).max()))
+    moved = ((places - position_m[index]) ** 2).sum(axis=1).max()
+    return math.sqrt(max(worst, float(moved)))
+
+
+def _aims(states: TrajectoryState, index: np.ndarray, tolerance: Tolerance) -> tuple[tuple[int, Aim], ...]:
+    """Greedy: each aim for as many chords as it serves."""
+    aims: list[tuple[int, Aim]] = []
+    first = 0
+    while first < len(index) - 1:
+        last = first + 1
+        aim = aim_over(states, int(index[first]), int(index[last]))
+        while last + 1 < len(index):
+            wider = aim_over(states, int(index[first]), int(index[last + 1]))
+            if wider.error_rad > tolerance.heading_rad:
+                break
+            aim, last = wider, last + 1
+        aims.append((first, aim))
+        first = last
+    return tuple(aims)

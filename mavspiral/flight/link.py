@@ -22,8 +22,13 @@ from mavspiral.flight.messages import (
     ExtendedSysState,
     GlobalPosition,
     Heartbeat,
+    ImageCaptured,
     LocalPosition,
     Message,
+    MissionAck,
+    MissionCount,
+    MissionItem,
+    MissionRequest,
     Origin,
     ParamValue,
     StatusText,
@@ -118,6 +123,40 @@ class Link:
         return self._pack(
             mavlink.MAVLink_param_request_read_message(*self._addressee, name.encode("ascii"), -1)
         )
+
+    def mission_count(self, count: int, kind: int) -> bytes:
+        """A MISSION_COUNT: the offer of an upload."""
+        return self._pack(mavlink.MAVLink_mission_count_message(*self._addressee, count, kind))
+
+    def mission_item(self, item: MissionItem) -> bytes:
+        """A MISSION_ITEM_INT; the first one is the current one."""
+        return self._pack(
+            mavlink.MAVLink_mission_item_int_message(
+                *self._addressee,
+                item.seq,
+                item.frame,
+                item.command,
+                int(item.seq == 0),
+                int(item.autocontinue),
+                *item.params,
+                item.x,
+                item.y,
+                item.z,
+                item.kind,
+            )
+        )
+
+    def mission_list_request(self, kind: int) -> bytes:
+        """A MISSION_REQUEST_LIST: how many items are there?"""
+        return self._pack(mavlink.MAVLink_mission_request_list_message(*self._addressee, kind))
+
+    def mission_request(self, seq: int, kind: int) -> bytes:
+        """A MISSION_REQUEST_INT for one item."""
+        return self._pack(mavlink.MAVLink_mission_request_int_message(*self._addressee, seq, kind))
+
+    def mission_ack(self, kind: int) -> bytes:
+        """A MISSION_ACK: all items of a download have come."""
+        return self._pack(mavlink.MAVLink_mission_ack_message(*self._addressee, 0, kind))
 
     def setpoint(self, time_boot_ms: int, target: Target, *, type_mask: int, coordinate_frame: int) -> bytes:
         """A SET_POSITION_TARGET_LOCAL_NED, packed straight from the dialect's own format."""
@@ -263,6 +302,11 @@ def _version(m: mavlink.MAVLink_message) -> AutopilotVersion:
     return AutopilotVersion(".".join(map(str, parts)), m.capabilities)
 
 
+def _mission_item(m: mavlink.MAVLink_message) -> MissionItem:
+    params = (m.param1, m.param2, m.param3, m.param4)
+    return MissionItem(m.seq, m.command, m.frame, params, m.x, m.y, m.z, bool(m.autocontinue), m.mission_type)
+
+
 _HOT: dict[int | None, tuple[Callable[..., Message], Any, bytes]] = {
     described.id: (make, described, bytes((described.crc_extra,)))
     for make, described in (
@@ -281,6 +325,12 @@ _RARE: dict[str, Callable[[Any], Message]] = {
     "AUTOPILOT_VERSION": _version,
     "STATUSTEXT": lambda m: StatusText(m.severity, m.text),
     "PARAM_VALUE": lambda m: ParamValue(m.param_id, m.param_value, m.param_type),
+    "MISSION_COUNT": lambda m: MissionCount(m.count, m.mission_type),
+    "MISSION_REQUEST": lambda m: MissionRequest(m.seq, m.mission_type),
+    "MISSION_REQUEST_INT": lambda m: MissionRequest(m.seq, m.mission_type),
+    "MISSION_ITEM_INT": _mission_item,
+    "MISSION_ACK": lambda m: MissionAck(m.type, m.mission_type),
+    "CAMERA_IMAGE_CAPTURED": lambda m: ImageCaptured(m.time_boot_ms, m.image_index),
     "LOCAL_POSITION_NED": lambda m: LocalPosition(m.time_boot_ms, m.x, m.y, m.z, m.vx, m.vy, m.vz),
     "ATTITUDE": lambda m: Attitude(
         m.time_boot_ms, m.roll, m.pitch, m.yaw, m.rollspeed, m.pitchspeed, m.yawspeed

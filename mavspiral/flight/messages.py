@@ -18,10 +18,17 @@ __all__ = [
     "ExtendedSysState",
     "GlobalPosition",
     "Heartbeat",
+    "ImageCaptured",
     "LandedState",
     "LocalPosition",
     "Message",
     "MessageId",
+    "MissionAck",
+    "MissionCount",
+    "MissionItem",
+    "MissionKind",
+    "MissionRequest",
+    "MissionResult",
     "Origin",
     "ParamValue",
     "Result",
@@ -53,6 +60,7 @@ class MessageId(IntEnum):
     POSITION_TARGET_GLOBAL_INT = 87
     AUTOPILOT_VERSION = 148
     HOME_POSITION = 242
+    CAMERA_IMAGE_CAPTURED = 263
     EXTENDED_SYS_STATE = 245
     STATUSTEXT = 253
 
@@ -62,6 +70,7 @@ class Command(IntEnum):
 
     NAV_TAKEOFF = 22
     DO_SET_MODE = 176
+    MISSION_START = 300
     COMPONENT_ARM_DISARM = 400
     SET_MESSAGE_INTERVAL = 511
     REQUEST_MESSAGE = 512
@@ -76,6 +85,35 @@ class Result(IntEnum):
     UNSUPPORTED = 3
     FAILED = 4
     IN_PROGRESS = 5
+
+
+class MissionKind(IntEnum):
+    """MAV_MISSION_TYPE_*."""
+
+    MISSION = 0
+    FENCE = 1
+    RALLY = 2
+
+
+class MissionResult(IntEnum):
+    """MAV_MISSION_*: how an upload was answered."""
+
+    ACCEPTED = 0
+    ERROR = 1
+    UNSUPPORTED_FRAME = 2
+    UNSUPPORTED = 3
+    NO_SPACE = 4
+    INVALID = 5
+    INVALID_PARAM1 = 6
+    INVALID_PARAM2 = 7
+    INVALID_PARAM3 = 8
+    INVALID_PARAM4 = 9
+    INVALID_PARAM5_X = 10
+    INVALID_PARAM6_Y = 11
+    INVALID_PARAM7 = 12
+    INVALID_SEQUENCE = 13
+    DENIED = 14
+    OPERATION_CANCELLED = 15
 
 
 class SystemStatus(IntEnum):
@@ -224,6 +262,48 @@ class ParamValue(NamedTuple):
         return float(struct.unpack_from(code, struct.pack("<f", self.raw))[0])
 
 
+class MissionItem(NamedTuple):
+    """MISSION_ITEM_INT but for its addresses: `x` and `y` are degrees times 1e7 where there is a place."""
+
+    seq: int
+    command: int
+    frame: int
+    params: tuple[float, float, float, float]
+    x: int
+    y: int
+    z: float
+    autocontinue: bool
+    kind: int
+
+
+class MissionCount(NamedTuple):
+    """MISSION_COUNT."""
+
+    total: int
+    kind: int
+
+
+class MissionRequest(NamedTuple):
+    """MISSION_REQUEST_INT, or MISSION_REQUEST, which is answered alike."""
+
+    seq: int
+    kind: int
+
+
+class MissionAck(NamedTuple):
+    """MISSION_ACK."""
+
+    result: int
+    kind: int
+
+
+class ImageCaptured(NamedTuple):
+    """CAMERA_IMAGE_CAPTURED: a picture, counted from 0."""
+
+    time_boot_ms: int
+    number: int
+
+
 Message = (
     Heartbeat
     | LocalPosition
@@ -236,6 +316,11 @@ Message = (
     | AutopilotVersion
     | StatusText
     | ParamValue
+    | MissionItem
+    | MissionCount
+    | MissionRequest
+    | MissionAck
+    | ImageCaptured
 )
 
 _INTEGER_CODES = {1: "<B", 2: "<b", 3: "<H", 4: "<h", 5: "<I", 6: "<i"}  # MAV_PARAM_TYPE_*

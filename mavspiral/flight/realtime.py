@@ -15,14 +15,13 @@ import socket
 import time
 from collections.abc import Callable, Iterator
 from types import FrameType
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from mavspiral.errors import InputError, LinkError
 from mavspiral.flight.outcome import Outcome, Step
-from mavspiral.flight.session import Session
 from mavspiral.flight.signing import SIGNATURE_N, SIGNED
 
-__all__ = ["Transport", "drive", "open_transport"]
+__all__ = ["Machine", "Transport", "drive", "open_transport"]
 
 _READ_N = 65536
 _STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -50,6 +49,24 @@ class Transport(Protocol):
         """Give up the port."""
 
 
+class Machine(Protocol):
+    """What can be driven: a flight, an upload."""
+
+    outcome: Outcome | None
+
+    def step(self, now_us: int, received: bytes) -> Step:
+        """Take in `received`; what to send, and when to call again."""
+
+    def stop(self) -> None:
+        """Ask for an end."""
+
+    def link_broke(self, reason: str) -> None:
+        """Be told that the link is gone for good."""
+
+
+M = TypeVar("M", bound=Machine)
+
+
 def open_transport(url: str) -> Transport:
     """The link at `url`, spelled as MAVSDK or as pymavlink does.
 
@@ -68,9 +85,9 @@ def open_transport(url: str) -> Transport:
 
 
 def drive(
-    session: Session,
+    session: M,
     transport: Transport,
-    on_step: Callable[[Session, Step], None] | None = None,
+    on_step: Callable[[M, Step], None] | None = None,
     *,
     now_us: Callable[[], int] = lambda: time.monotonic_ns() // 1000,
 ) -> Outcome:

@@ -59,7 +59,7 @@ def flight_rows(s: dict[str, Any], mission: Mission) -> list[tuple[str, str, str
         ),
         *_roof(s),
         ("battery used", f"{s['battery_used_pct']:.0f} %", ""),
-        ("setpoints", f"{s['setpoints']['sent']} at {s['setpoints']['rate_hz']:.1f} Hz", ""),
+        *_setpoints(s),
     ]
 
 
@@ -85,6 +85,13 @@ def _budget(b: dict[str, float]) -> tuple[str, str, str]:
     )
     why = f"the larger of {b['asked_m']:.2f} m asked for and {b['total_m']:.2f} m = {terms}"
     return "clearance required", f"{b['required_m']:.2f} m", why
+
+
+def _setpoints(s: dict[str, Any]) -> list[tuple[str, str, str]]:
+    """What was streamed; a mission in AUTO needs nothing."""
+    if s["via"] == "mission":
+        return [("flown by", "the vehicle itself, in AUTO", "")]
+    return [("setpoints", f"{s['setpoints']['sent']} at {s['setpoints']['rate_hz']:.1f} Hz", "")]
 
 
 def _roof(s: dict[str, Any]) -> list[tuple[str, str, str]]:

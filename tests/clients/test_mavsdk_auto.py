@@ -15,8 +15,7 @@ from mavsdk.asyncio.plugins.mission_raw import MissionRawAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
 from mavsdk.plugins.telemetry import FlightMode
 
-from mavspiral.export.items import mission_items
-from mavspiral.export.plan_file import plan_document
+from mavspiral.handover import inspection_documents, inspection_missions
 from mavspiral.mission import load_mission
 from mavspiral.planner import plan
 
@@ -32,19 +31,8 @@ async def first(stream, holds, limit_s):
 
 
 def kiosk_plan():
-    mission = load_mission("missions/kiosk.toml")
-    inspection = plan(mission)
-    frame = inspection.site.heights.frame
-    items = mission_items(
-        inspection.trajectory,
-        frame,
-        inspection.home_enu_m,
-        autopilot="px4",
-        items_max=mission.vehicle.max_items,
-    )
-    document = plan_document(
-        items, frame, inspection.clearance.position_enu_m, name="kiosk", fence_margin_m=4.0
-    )
+    inspection = plan(load_mission("missions/kiosk.toml"))
+    (document,) = inspection_documents(inspection, inspection_missions(inspection))
     return json.dumps(document, allow_nan=False)
 
 

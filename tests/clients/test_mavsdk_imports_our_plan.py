@@ -10,8 +10,7 @@ from mavsdk import ComponentType, Configuration, Mavsdk
 from mavsdk.plugins.mission_raw import MissionRaw
 from pymavlink.dialects.v20 import common
 
-from mavspiral.export.items import mission_items
-from mavspiral.export.plan_file import plan_document
+from mavspiral.handover import inspection_documents, inspection_missions
 from mavspiral.mission import load_mission
 from mavspiral.planner import plan
 
@@ -33,15 +32,8 @@ def mission_raw():
 def test_mavsdk_reads_every_item(mission_raw, name):
     mission = load_mission(f"missions/{name}.toml")
     inspection = plan(mission)
-    frame = inspection.site.heights.frame
-    ours = mission_items(
-        inspection.trajectory,
-        frame,
-        inspection.home_enu_m,
-        autopilot="px4",
-        items_max=mission.vehicle.max_items,
-    )
-    document = plan_document(ours, frame, inspection.clearance.position_enu_m, name=name, fence_margin_m=4.0)
+    fit = inspection_missions(inspection)
+    (ours,), (document,) = fit.missions, inspection_documents(inspection, fit)
     theirs = mission_raw.import_qgroundcontrol_mission_from_string(json.dumps(document, allow_nan=False))
     assert len(theirs.mission_items) == len(ours.items) <= mission.vehicle.max_items
     for item, read in zip(ours.items, theirs.mission_items, strict=True):
@@ -50,9 +42,9 @@ def test_mavsdk_reads_every_item(mission_raw, name):
             item.params[:4], (read.param1, read.param2, read.param3, read.param4), strict=True
         ):
             assert math.isnan(got) if math.isnan(want) else got == pytest.approx(want, abs=1e-4)
-        if item.command in (16, 22):
+        if item.command in (16, 22, 195):
             assert read.x == pytest.approx(item.params[4] * 1e7, abs=1.0)
             assert read.y == pytest.approx(item.params[5] * 1e7, abs=1.0)
             assert read.z == pytest.approx(item.params[6], abs=1e-3)
     assert len(theirs.geofence_items) == 16
-    assert theirs.rally_items == []
+    assert len(theirs.rally_items) == 1

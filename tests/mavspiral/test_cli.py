@@ -38,7 +38,7 @@ def test_plan_writes_its_files_and_one_json_object(tmp_path):
     answer = run("plan", "missions/kiosk.toml", "--out", tmp_path / "out", "--json")
     assert answer.returncode == 0, answer.stderr
     summary = json.loads(answer.stdout)
-    for kind in ("plan", "waypoints", "csv", "photos", "kml", "png", "json"):
+    for kind in ("plan", "waypoints", "csv", "photos", "kml", "geojson", "png", "json"):
         assert Path(summary["files"][kind]).stat().st_size > 100
     assert summary["coverage"]["walls"] == pytest.approx(1.0, abs=0.02)
     assert summary["speed_max_mps"] <= 5.0

@@ -1,0 +1,66 @@
+"""One SimpleItem, as QGroundControl's MissionItem and SimpleMissionItem load it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from mavspiral.export.check.findings import Findings
+from mavspiral.export.check.shape import ARRAY, FLAG, NUMBER, demand, is_kind, short
+
+__all__ = ["PlanItem", "simple_item"]
+
+_KEYS = {"command": NUMBER, "frame": NUMBER, "params": ARRAY, "autoContinue": FLAG}
+_ALTITUDE = ("Altitude", "AltitudeMode", "AMSLAltAboveTerrain")
+
+
+@dataclass(frozen=True, slots=True)
+class PlanItem:
+    """One mission item as it would be uploaded: where it stands in the file, and MAVLink's numbers; null is NaN."""
+
+    place: str
+    command: int
+    frame: int
+    params: tuple[float, ...]
+    jump_id: int | None
+
+
+def simple_item(item: dict[str, Any], place: str, findings: Findings) -> Iterator[PlanItem]:
+    """The item, if it can be loaded; what speaks against it is noted."""
+    if not demand(item, _KEYS, place, findings):
+        return
+    params = item["params"]
+    if len(params) != 7:
+        findings.error(place, f"params has {len(params)} entries, wanted 7")
+        return
+    if not all(value is None or is_kind(value, NUMBER) for value in params):
+        findings.error(place, "an entry of params is neither a number nor null")
+        return
+    if "doJumpId" in item and not is_kind(item["doJumpId"], NUMBER):
+        findings.error(place, f"doJumpId is {short(item['doJumpId'])}, wanted a number")
+        return
+    for key in ("command", "frame"):
+        if item[key] != int(item[key]) or not 0 <= item[key] < 65536:
+            findings.error(place, f"{key} is {short(item[key])}, which MAVLink does not number so")
+            return
+    given = [key for key in _ALTITUDE if key in item]
+    if given and len(given) < len(_ALTITUDE):
+        missing = ", ".join(key for key in _ALTITUDE if key not in item)
+        findings.error(
+            place,
+            f"{', '.join(given)} without {missing}: the altitude keys come all three or not at all",
+        )
+    for key in given:
+        value = item[key]
+        if not (is_kind(value, NUMBER) or (key == "AMSLAltAboveTerrain" and value is None)):
+            findings.error(place, f"{key} is {short(value)}, wanted a number")
+    jump_id = item.get("doJumpId")
+    yield PlanItem(
+        place,
+        int(item["command"]),
+        int(item["frame"]),
+        tuple(math.nan if value is None else float(value) for value in params),
+        None if jump_id is None else int(jump_id),
+    )

@@ -1,0 +1,120 @@
+"""Fence and rally point of a flight. A fence has no height: what is flown over cannot be forbidden ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mavspiral.arrays import FloatArray
+from mavspiral.shape.heightmap import HeightMap
+
+__all__ = ["SafeArea", "exclusion_fences_enu_m", "fence_enu_m", "safe_area"]
+
+FENCE_SIDES = 16
+FENCE_VERTICES_MAX = 64
+"""PX4's store, with the inclusion fence in it."""
+
+CORNERS_MAX = 8
+STANDING_M = 1.0
+"""Lower things are no obstacles."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SafeArea:
+    """The polygons `(k, 2)` to stay inside and out of, a place `(3,)` to flee to, and what could not be fenced off."""
+
+    inside_enu_m: FloatArray
+    outside_enu_m: tuple[FloatArray, ...]
+    rally_enu_m: FloatArray
+    omitted: str | None
+
+
+def safe_area(
+    position_enu_m: FloatArray,
+    heights: HeightMap,
+    home_enu_m: FloatArray,
+    *,
+    margin_m: float,
+    return_m: float,
+) -> SafeArea:
+    """The fences round the flown positions `(n, 3)`, and a rally point above home at the height `return_m`.
+
+    Whatever fails on the way, the autopilot's own Return flies straight to home: no exclusion fence comes within
+    `margin_m` of a flown segment or of any of these lines.
+    """
+    inside = fence_enu_m(np.vstack([position_enu_m, home_enu_m]), margin_m)
+    outside, omitted_n = exclusion_fences_enu_m(position_enu_m, heights, home_enu_m, inside, margin_m)
+    words = (
+        f"no exclusion fence round {omitted_n} obstacles, the building among them: the flight or its Return comes over them "
+        "or near, and a fence has no height"
+    )
+    return SafeArea(inside, outside, np.array([*home_enu_m[:2], return_m]), words if omitted_n else None)
+
+
+def fence_enu_m(position_enu_m: FloatArray, margin_m: float) -> FloatArray:
+    """A convex polygon `(16, 2)` whose every side keeps at least `margin_m` from all positions."""
+    angle = np.arange(FENCE_SIDES) * 2 * np.pi / FENCE_SIDES
+    normal = np.column_stack([np.cos(angle), np.sin(angle)])
+    reach = (position_enu_m[:, :2] @ normal.T).max(axis=0) + margin_m
+    following = np.roll(normal, -1, axis=0)
+    sides = np.stack([normal, following], axis=1)
+    corners: FloatArray = np.linalg.solve(sides, np.column_stack([reach, np.roll(reach, -1)])[:, :, None])[
+        :, :, 0
+    ]
+    return corners
+
+
+def exclusion_fences_enu_m(
+    position_enu_m: FloatArray,
+    heights: HeightMap,
+    home_enu_m: FloatArray,
+    inside_enu_m: FloatArray,
+    margin_m: float,
+) -> tuple[tuple[FloatArray, ...], int]:
+    """Convex polygons `(k, 2)` round obstacles in reach that neither flight nor Return comes near, the largest first.
+
+    Beside them, how many obstacles in reach had to be left out.
+    """
+    cell_m, origin = heights.cell_m, heights.origin_enu_m
+
+    def pixels(place_enu_m: FloatArray) -> NDArray[np.int32]:
+        return np.asarray(np.floor((place_enu_m[:, :2] - origin) / cell_m), dtype=np.int32)
+
+    shape = heights.height_agl_m.shape
+    reach = np.zeros(shape, dtype=np.uint8)
+    cv2.fillConvexPoly(reach, pixels(inside_enu_m), 1)
+    swept = np.zeros(shape, dtype=np.uint8)
+    width = max(1, 2 * int(np.ceil(margin_m / cell_m)) + 2)
+    flown, home = pixels(position_enu_m), pixels(home_enu_m[None, :])[0]
+    cv2.polylines(swept, [flown.reshape(-1, 1, 2)], isClosed=False, color=1, thickness=width)
+    for x, y in np.unique(flown, axis=0):
+        cv2.line(swept, (int(x), int(y)), (int(home[0]), int(home[1])), 1, width)
+    solid = (heights.height_agl_m > STANDING_M).astype(np.uint8)
+    _, labels, figures, _ = cv2.connectedComponentsWithStats(solid, connectivity=8)
+    near = [label for label in np.unique(labels[reach.astype(bool)]) if label]
+    polygons: list[FloatArray] = []
+    spare = FENCE_VERTICES_MAX - len(inside_enu_m)
+    for label in sorted(near, key=lambda label: -int(figures[label, cv2.CC_STAT_AREA])):
+        corners = _hull(labels == label)
+        area = np.zeros(shape, dtype=np.uint8)
+        cv2.fillConvexPoly(area, corners, 1)
+        if len(corners) > spare or np.any(area & swept):
+            continue
+        spare -= len(corners)
+        polygons.append(origin + (corners + 0.5) * cell_m)
+    return tuple(polygons), len(near) - len(polygons)
+
+
+def _hull(cells: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """The convex hull of the cells in pixels, simplified to at most eight corners from outside its cells' centres."""
+    rows, cols = np.nonzero(cells)
+    hull = cv2.convexHull(np.column_stack([cols, rows]).astype(np.int32)).reshape(-1, 2)
+    if len(hull) > CORNERS_MAX:
+        left, low, wide, high = cv2.boundingRect(hull.reshape(-1, 1, 2))
+        hull = np.array(
+            [[left, low], [left + wide, low], [left + wide, low + high], [left, low + high]], dtype=np.int32
+        )
+    return np.asarray(hull, dtype=np.int32)

@@ -1,0 +1,101 @@
+"""An upload as a state machine, driven as a flight is: find the vehicle, hand the plan over, compare what comes back.
+
+MAVSDK 4.1 uploads 500 items and reads them back in 10 s, but gives up when 30 % of the datagrams are lost each way
+(measured: TIMEOUT after 20 s, and no second upload takes). So this is our own `mission_protocol`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from mavspiral.errors import LimitError, LinkError, MavspiralError
+from mavspiral.flight.link import Link
+from mavspiral.flight.messages import Heartbeat
+from mavspiral.flight.outcome import Outcome, State, Step
+from mavspiral.flight.plan_upload import MissionLists, PlanUpload
+from mavspiral.flight.schedule import Schedule
+
+__all__ = ["AUTOPILOTS", "Upload"]
+
+AUTOPILOTS = {12: "PX4", 3: "ArduPilot"}
+"""MAV_AUTOPILOT of those that we know."""
+
+_ARDUPILOT = 3
+_HEARTBEAT_US = 1_000_000
+_TICK_US = 20_000
+_NOBODY_US = 10_000_000
+
+
+class Upload:
+    """Uploads `lists`, which were made for the autopilot `firmware` (None: for any)."""
+
+    def __init__(
+        self,
+        lists: MissionLists,
+        firmware: int | None,
+        *,
+        tap: Callable[[int, bytes], None] | None = None,
+    ) -> None:
+        self.outcome: Outcome | None = None
+        self.differences: tuple[str, ...] = ()
+        self._lists, self._firmware = lists, firmware
+        self._now_us = 0
+        self._link = Link(None if tap is None else lambda packet: tap(self._now_us, packet))
+        self._upload: PlanUpload | None = None
+        self._heartbeats = Schedule(_HEARTBEAT_US)
+        self._begun_us: int | None = None
+
+    def step(self, now_us: int, received: bytes) -> Step:
+        """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
+        self._now_us = now_us
+        if self._begun_us is None:
+            self._begun_us = now_us
+            self._heartbeats.start(now_us)
+        out, messages = b"", self._link.receive(received)
+        try:
+            if self._upload is None:
+                for beat in messages:
+                    if isinstance(beat, Heartbeat) and beat.autopilot in AUTOPILOTS and self._upload is None:
+                        self._upload = self._met(beat)
+                if self._upload is None and now_us - self._begun_us > _NOBODY_US:
+                    raise LinkError("no vehicle within 10 s. Fix: start it, or check the address")
+            elif self.outcome is None:
+                out = self._upload.step(now_us, messages)
+                if self._upload.done:
+                    self._compare(self._upload)
+        except MavspiralError as refusal:
+            self._conclude(str(refusal), refusal.exit_code)
+        if self._heartbeats.take(now_us):
+            out += self._link.heartbeat()
+        return Step(out, min(now_us + _TICK_US, self._heartbeats.due_us), ())
+
+    def stop(self) -> None:
+        """Ends it: what has not been sent stays unsent."""
+        self._conclude("stopped; the vehicle may hold an unfinished plan", 1)
+
+    def link_broke(self, reason: str) -> None:
+        """The link is gone for good, says whoever drives us."""
+        self._conclude(reason, LinkError.exit_code)
+
+    def _met(self, beat: Heartbeat) -> PlanUpload:
+        if self._firmware is not None and beat.autopilot != self._firmware:
+            made_for = AUTOPILOTS.get(self._firmware, f"autopilot {self._firmware}")
+            raise LimitError(
+                f"the plan was made for {made_for}, the vehicle is {AUTOPILOTS[beat.autopilot]}. "
+                "Fix: [vehicle] autopilot, and plan it again"
+            )
+        self._link.vehicle = beat.system_id, beat.component_id
+        return PlanUpload(self._link, self._lists, home_first=beat.autopilot == _ARDUPILOT)
+
+    def _compare(self, upload: PlanUpload) -> None:
+        self.differences = tuple(
+            f"{kind.name.lower()}: {line}" for kind, lines in upload.differences.items() for line in lines
+        )
+        if self.differences:
+            self._conclude("it did not come back as it was sent", LimitError.exit_code)
+        else:
+            self._conclude("uploaded, read back, equal", 0)
+
+    def _conclude(self, reason: str, exit_code: int) -> None:
+        if self.outcome is None:
+            self.outcome = Outcome(exit_code == 0, State.CONNECT, reason, exit_code)

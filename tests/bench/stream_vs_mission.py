@@ -1,0 +1,67 @@
+"""The same inspection streamed and as a `.plan` in AUTO, side by side: `python tests/bench/stream_vs_mission.py [MISSION …]`.
+
+All by truth. `beside`: how far from the nearest point of the planned curve; `heading`: off the planned gaze, when a
+picture was taken. The mission is what `mavspiral plan` writes, with its own camera orders.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from mavspiral import load_mission, plan
+from mavspiral.closedloop import Via, simulate
+from mavspiral.flown import Flight, log_along
+from mavspiral.frames import wrap_rad
+from mavspiral.handover import inspection_missions
+
+ROOT = Path(__file__).parents[2]
+MISSIONS = ("kiosk", "asilo", "torre")
+
+
+def beside_m(flight: Flight) -> np.ndarray:
+    """Distances from the curve during the inspection, whatever the clock says."""
+    log = log_along(flight.log, flight.trajectory)
+    away = log.truth_position_enu_m - log.reference_position_enu_m
+    return np.sqrt((away[log.on_leg("inspection")] ** 2).sum(axis=1))
+
+
+def row(name: str, via: Via) -> str:
+    inspection = plan(load_mission(ROOT / "missions" / f"{name}.toml"))
+    flight = simulate(inspection, via=via)
+    assert flight.outcome.ok, flight.outcome
+    away = beside_m(flight)
+    rows = np.flatnonzero(flight.log.on_leg("inspection"))
+    lasts_s = (flight.log.t_us[rows[-1]] - flight.log.t_us[rows[0]]) / 1e6
+    shots, gaze = flight.shots, inspection.trajectory(flight.shots.t_s).yaw_enu_rad
+    off_deg = np.degrees(np.abs(wrap_rad(shots.yaw_enu_rad - gaze)))
+    how = (
+        "streamed"
+        if via == "stream"
+        else f"{len(inspection_missions(inspection).missions[0].items)} items, AUTO"
+    )
+    figures = (
+        f"{flight.sim_s:.0f} s",
+        f"{lasts_s:.0f} s",
+        f"{np.quantile(away, 0.95):.2f} m",
+        f"{away.max():.2f} m",
+        f"{np.quantile(off_deg, 0.95):.1f}°",
+        f"{flight.clearance_min_m:.2f} m",
+        f"{100 * flight.coverage.walls:.1f} %",
+        f"{len(shots)}",
+    )
+    return f"{name:7}{how:17}" + "".join(f"{figure:>12}" for figure in figures)
+
+
+def main() -> None:
+    heads = ("flight", "inspection", "beside p95", "worst", "heading p95", "clearance", "seen", "shots")
+    print(f"{'':24}" + "".join(f"{head:>12}" for head in heads))
+    for name in sys.argv[1:] or MISSIONS:
+        for via in ("stream", "mission"):
+            print(row(name, via), flush=True)
+
+
+if __name__ == "__main__":
+    main()

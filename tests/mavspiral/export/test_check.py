@@ -1,0 +1,323 @@
+"""`check`: QGroundControl's loader rules, what autopilots take, and files that nobody should have to open."""
+
+from __future__ import annotations
+
+import copy
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mavspiral.errors import InputError
+from mavspiral.export.check import check_document, check_file
+from mavspiral.export.check.dialects import COMMANDS, DIALECTS
+
+ROOT = Path(__file__).parents[3]
+HOME = [47.4, 8.55, 500.0]
+
+
+def simple(command, *params, frame=3, **more):
+    params = list(params) + [0] * (7 - len(params))
+    if frame == 3 and not any(params[4:]):
+        params[4:] = [47.4001, 8.5501, 20.0]
+    item = {"type": "SimpleItem", "command": command, "frame": frame, "params": params, "autoContinue": True}
+    return item | more
+
+
+def plan_of(*items, fence=None, rally=(), firmware=12):
+    return {
+        "fileType": "Plan",
+        "version": 1,
+        "groundStation": "QGroundControl",
+        "mission": {
+            "version": 2,
+            "firmwareType": firmware,
+            "plannedHomePosition": HOME,
+            "items": list(items),
+        },
+        "geoFence": fence or {"version": 2, "polygons": [], "circles": []},
+        "rallyPoints": {"version": 2, "points": list(rally)},
+    }
+
+
+TAKEOFF, WAYPOINT, RETURN = simple(22, 0, 0, 0, None), simple(16, 0, 0, 0, None), simple(20, frame=2)
+GOOD = plan_of(TAKEOFF, WAYPOINT, RETURN)
+TRANSECTS = {
+    "version": 2,
+    "TurnAroundDistance": 10,
+    "CameraTriggerInTurnAround": True,
+    "HoverAndCapture": False,
+    "Refly90Degrees": False,
+    "CameraCalc": {},
+    "VisualTransectPoints": [],
+    "Items": [WAYPOINT, simple(206, 20, 0, 1, frame=2)],
+    "CameraShots": 3,
+}
+SURVEY = {
+    "type": "ComplexItem",
+    "complexItemType": "survey",
+    "version": 5,
+    "angle": 0,
+    "polygon": [],
+    "TransectStyleComplexItem": TRANSECTS,
+}
+STRUCTURE = {
+    "type": "ComplexItem",
+    "complexItemType": "StructureScan",
+    "version": 3,
+    "EntranceAltitude": 50,
+    "ScanBottomAlt": 5,
+    "StructureHeight": 30,
+    "Layers": 3,
+    "GimbalPitch": 0,
+    "StartFromTop": False,
+    "CameraCalc": {},
+    "polygon": [[47.4, 8.55], [47.4, 8.551], [47.401, 8.55], [47.401, 8.551]],
+}
+
+
+def changed(**paths):
+    """`GOOD` with the values at dotted paths replaced; `...` removes."""
+    plan = copy.deepcopy(GOOD)
+    for path, value in paths.items():
+        *way, last = [int(step) if step.isdigit() else step for step in path.split("__")]
+        holder = plan
+        for step in way:
+            holder = holder[step]
+        if value is ...:
+            del holder[last]
+        else:
+            holder[last] = value
+    return plan
+
+
+def test_what_the_ground_station_writes_is_taken():
+    verdict = check_document(GOOD)
+    assert verdict.summary() == {"ok": True, "autopilot": "px4", "items": 3, "errors": [], "warnings": []}
+
+
+def test_our_golden_plan_is_taken():
+    assert check_file(ROOT / "tests/golden/kiosk.plan").summary()["errors"] == []
+
+
+@pytest.mark.parametrize(
+    ("plan", "words"),
+    [
+        (changed(fileType="Mission"), "fileType: 'Mission' is not \"Plan\""),
+        (changed(fileType=...), "the file: fileType is missing"),
+        (changed(version=2), "version: 2 is not 1"),
+        (changed(version=True), "the file: version is true, wanted a number"),
+        (changed(geoFence=...), "the file: geoFence is missing"),
+        (changed(rallyPoints={}), "rallyPoints: version is missing"),
+        (changed(mission__firmwareType="px4"), "mission: firmwareType is 'px4', wanted a number"),
+        (changed(mission__items={}), "mission: items is an object, wanted an array"),
+        (changed(mission__items=[]), "mission.items: is empty"),
+        (changed(mission__plannedHomePosition=[47.4, 8.5]), "mission.plannedHomePosition: is not"),
+        (changed(mission__items__1=7), "item 2: is 7, wanted an object"),
+        (changed(mission__items__1__type="X"), "item 2: type is 'X'"),
+        (changed(mission__items__1__params=[0] * 6), "item 2: params has 6 entries, wanted 7"),
+        (changed(mission__items__1__params=["a"] * 7), "item 2: an entry of params is neither"),
+        (changed(mission__items__1__autoContinue=1), "item 2: autoContinue is 1, wanted true or false"),
+        (changed(mission__items__1__Altitude=20), "item 2: Altitude without AltitudeMode"),
+        (changed(mission__items__1__command=16.5), "item 2: command is 16.5"),
+        (plan_of(TAKEOFF, STRUCTURE | {"version": 2}), "version is 2, the loader takes 3"),
+        (plan_of(TAKEOFF, SURVEY | {"complexItemType": "spiral"}), "QGroundControl knows no such pattern"),
+        (plan_of(TAKEOFF, {"type": "ComplexItem", "complexItemType": ["survey"]}), "no such pattern"),
+        (plan_of(TAKEOFF, WAYPOINT, rally=[[47.4, 8.5]]), "rally point 1: is not"),
+        (
+            plan_of(WAYPOINT, fence={"version": 2, "polygons": [{"version": 1}], "circles": []}),
+            "fence polygon 1: inclusion is missing",
+        ),
+    ],
+)
+def test_what_the_loader_refuses(plan, words):
+    assert any(words in line for line in check_document(plan).errors), check_document(plan)
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "item", "words"),
+    [
+        ("px4", simple(82), "PX4 does not take NAV_SPLINE_WAYPOINT"),
+        ("px4", simple(115, 90, frame=2), "PX4 does not take CONDITION_YAW"),
+        ("px4", simple(178, 1, 5, -1), "PX4 takes DO_CHANGE_SPEED in frame 2 (MISSION) only, not in 3"),
+        ("px4", simple(16, frame=2), "NAV_WAYPOINT in a global frame only"),
+        ("px4", simple(16, 0, 0, 0, None, 47.4, 8.55, 20, frame=10), "does not know frame 10"),
+        ("px4", simple(22), "PX4 refuses a take-off that is not the first"),
+        ("px4", simple(177, 9, 1, frame=2), "DO_JUMP to 9, which no item's doJumpId is"),
+        ("ardupilot", simple(214, 500, frame=2), "ArduCopter does not take DO_SET_CAM_TRIGG_INTERVAL"),
+        ("ardupilot", simple(82, 0, 0, 0, None), "refuses null among the first four parameters"),
+        ("ardupilot", simple(16, 0, 0, 0, 0, 97.0, 8.5, 20), "latitude 97"),
+    ],
+)
+def test_what_the_autopilot_refuses(autopilot, item, words):
+    verdict = check_document(plan_of(TAKEOFF, item), autopilot)
+    assert any(words in line for line in verdict.errors), verdict
+    assert all(line.startswith("item 2: ") for line in verdict.errors)
+
+
+def test_the_items_within_a_survey_are_judged_and_counted():
+    verdict = check_document(plan_of(TAKEOFF, SURVEY))
+    assert verdict.ok
+    assert verdict.items == 3
+    bad = copy.deepcopy(SURVEY)
+    bad["TransectStyleComplexItem"]["Items"][1]["frame"] = 3
+    assert (
+        "item 2 ('survey').2: PX4 takes DO_SET_CAM_TRIGG_DIST"
+        in check_document(plan_of(TAKEOFF, bad)).errors[0]
+    )
+
+
+def test_a_structure_scan_counts_what_the_ground_station_makes_of_it():
+    verdict = check_document(plan_of(TAKEOFF, STRUCTURE))
+    assert verdict.ok
+    assert verdict.items == 1 + (4 + 3) * 3 + 4
+    assert "only QGroundControl can fly it" in verdict.warnings[0]
+    many = check_document(plan_of(TAKEOFF, STRUCTURE | {"Layers": 100}))
+    assert any("705 items: most boards hold 500" in line for line in many.warnings)
+
+
+def test_a_waypoint_outside_its_own_fence():
+    corners = [[47.399, 8.549], [47.399, 8.551], [47.401, 8.551], [47.401, 8.549]]
+    polygon = {"version": 1, "inclusion": True, "polygon": corners}
+    circle = {"version": 1, "inclusion": False, "circle": {"center": [47.4003, 8.5501], "radius": 10.0}}
+    out = simple(16, 0, 0, 0, None, 47.402, 8.55, 20)
+    fence = {"version": 2, "polygons": [polygon], "circles": [circle]}
+    assert check_document(plan_of(TAKEOFF, WAYPOINT, fence=fence)).ok
+    (error,) = check_document(plan_of(TAKEOFF, out, fence=fence)).errors
+    assert error == "item 2: lies outside the plan's own inclusion fence"
+    circle["circle"]["radius"] = 30.0
+    (error,) = check_document(plan_of(TAKEOFF, WAYPOINT, fence=fence)).errors
+    assert error == "item 1, item 2: lies inside the plan's own exclusion fence"
+
+
+def test_the_same_fault_in_many_items_is_one_line():
+    verdict = check_document(plan_of(TAKEOFF, *[simple(82)] * 20_000))
+    assert len(verdict.errors) == 2
+    assert verdict.errors[0].startswith("item 2, item 3, item 4 and 19997 more: PX4 does not take")
+    assert "20001 items; PX4 holds 10000 at most" in verdict.errors[1]
+
+
+def test_another_autopilot_than_it_was_made_for():
+    verdict = check_document(changed(mission__items__1__params=[0, 0, 0, 90, 47.4, 8.55, 20]), "ardupilot")
+    assert verdict.ok
+    assert len(verdict.warnings) == 2
+    assert "drops the heading" in verdict.warnings[1]
+    assert check_document(changed(mission__firmwareType=4)).autopilot is None
+
+
+def test_the_tables_are_what_the_bundled_vehicle_takes():
+    """The vehicle's rules were written apart from ours, from the same autopilot."""
+    from sitl.link import plan_items
+
+    assert (
+        DIALECTS["px4"].placeless == plan_items._PLACELESS & COMMANDS.keys() == plan_items._PLACELESS - {-1}
+    )
+    fences = set(plan_items._FENCES_AND_RALLY)
+    assert DIALECTS["px4"].placed == set(plan_items._KEPT) - fences
+    assert DIALECTS["px4"].fence_max == plan_items.CAPACITY[1]
+    assert DIALECTS["px4"].rally_max == plan_items.CAPACITY[2]
+    from pymavlink.dialects.v20 import common
+
+    for number, name in COMMANDS.items():
+        if number in common.enums["MAV_CMD"]:
+            assert common.enums["MAV_CMD"][number].name == f"MAV_CMD_{name}"
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "no JSON"),
+        (json.dumps(GOOD).encode()[:-40], "no JSON"),
+        (b'{"version": NaN}', "NaN is no JSON number; write null"),
+        (b'{"version": 1e999}', "the number 1e999 is too large"),
+        (b'{"version": ' + b"9" * 5000 + b"}", "is too large"),
+        (b"[" * 100_000, "no plan (nested too deep)"),
+        (b"[]", "no plan (a JSON list, wanted an object)"),
+        (b"\xff\xfe\x00", "no JSON"),
+        (b" " * (8 * 2**20 + 1), "larger than 8 MiB"),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_one_line(tmp_path, content, words):
+    path = tmp_path / "x.plan"
+    path.write_bytes(content)
+    with pytest.raises(InputError) as error:
+        check_file(path)
+    assert words in str(error.value)
+    assert len(str(error.value).splitlines()) == 1
+
+
+def json_values():
+    numbers = st.integers(-(10**19), 10**19) | st.floats(allow_nan=False, allow_infinity=False)
+    leaves = st.none() | st.booleans() | numbers | st.text(max_size=8)
+    return st.recursive(
+        leaves,
+        lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner, max_size=3),
+        max_leaves=8,
+    )
+
+
+def paths(value, way=()):
+    yield way
+    entries = (
+        value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    )
+    for key, inner in entries:
+        yield from paths(inner, (*way, key))
+
+
+RICH = plan_of(
+    TAKEOFF | {"Altitude": 5, "AltitudeMode": 1, "AMSLAltAboveTerrain": None, "doJumpId": 1},
+    simple(177, 1, 2, frame=2),
+    SURVEY,
+    STRUCTURE,
+    fence={
+        "version": 2,
+        "polygons": [{"version": 1, "inclusion": True, "polygon": [[0, 0], [0, 1], [1, 1]]}],
+        "circles": [{"version": 1, "inclusion": False, "circle": {"center": [1, 1], "radius": 3}}],
+    },
+    rally=[[1, 1, 5]],
+)
+PLACES = [way for way in paths(RICH) if way]
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.lists(st.tuples(st.sampled_from(PLACES), json_values()), min_size=1, max_size=3),
+    st.sampled_from(["px4", "ardupilot", None]),
+)
+def test_whatever_stands_anywhere_in_a_plan_gets_a_verdict(changes, autopilot):
+    plan = copy.deepcopy(RICH)
+    for way, value in changes:
+        holder = plan
+        try:
+            for step in way[:-1]:
+                holder = holder[step]
+            holder[way[-1]] = value
+        except (KeyError, IndexError, TypeError):
+            continue
+    summary = check_document(plan, autopilot).summary()
+    assert all(len(line.splitlines()) == 1 for line in summary["errors"] + summary["warnings"])
+    assert len(json.dumps(summary, allow_nan=False)) < 50_000
+
+
+@pytest.mark.parametrize(("content", "code"), [(GOOD, 0), (plan_of(simple(82)), 1), ("{", 2)])
+def test_the_verb_and_its_exit_codes(tmp_path, content, code):
+    path = tmp_path / "x.plan"
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    answer = subprocess.run(
+        [sys.executable, "-m", "mavspiral.cli", "check", str(path), "--json"],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        timeout=60,
+    )
+    assert answer.returncode == code
+    if code == 2:
+        assert len(answer.stderr.splitlines()) == 1
+        assert not answer.stdout
+    else:
+        assert list(json.loads(answer.stdout)) == ["ok", "autopilot", "items", "errors", "warnings"]

@@ -1,0 +1,221 @@
+"""What the exporter promises of a mission: how near the curve it stays, where it looks, what it fits into."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from mavspiral.errors import InputError, LimitError
+from mavspiral.export.aiming import aim_over
+from mavspiral.export.check import check_document
+from mavspiral.export.corners import ACCEPTANCE_M, CUT_M, acceptance_m, cut_lines_m
+from mavspiral.export.fences import exclusion_fences_enu_m, fence_enu_m
+from mavspiral.export.own_plan import read_own_plan
+from mavspiral.export.thinning import Tolerance, thin
+from mavspiral.frames import GeoPoint, LocalFrame, wrap_rad
+from mavspiral.handover import inspection_documents, inspection_missions, mission_warnings
+from mavspiral.shape.heightmap import HeightMap
+
+
+def changed(inspection, table, **values):
+    part = getattr(inspection.mission, table).model_copy(update=values)
+    return replace(inspection, mission=inspection.mission.model_copy(update={table: part}))
+
+
+def commands(items):
+    return [item.command for item in items]
+
+
+@pytest.mark.parametrize("chord_m", [0.1, 0.35, 0.8])
+def test_the_polygon_stays_within_the_stated_chord_error(planned, chord_m):
+    trajectory = planned("kiosk").trajectory
+    thinned = thin(trajectory, Tolerance(chord_m, np.radians(20.0)))
+    dense = trajectory.sampled(0.05)
+    leg = np.clip(np.searchsorted(thinned.t_s, dense.t_s, side="right") - 1, 0, len(thinned.t_s) - 2)
+    a, b = thinned.position_enu_m[leg], thinned.position_enu_m[leg + 1]
+    along = ((dense.position_enu_m - a) * (b - a)).sum(1) / np.maximum(((b - a) ** 2).sum(1), 1e-12)
+    off = np.sqrt(((dense.position_enu_m - a - np.clip(along, 0, 1)[:, None] * (b - a)) ** 2).sum(1))
+    assert off.max() <= thinned.chord_error_m + 0.02
+    assert thinned.chord_error_m <= chord_m
+
+
+def test_waypoints_beside_the_curve_are_fewer_than_on_it(planned):
+    trajectory = planned("torre").trajectory
+    beside = thin(trajectory, Tolerance(0.35, np.radians(30.0)))
+    sides = np.diff(beside.position_enu_m, axis=0)
+    assert beside.chord_error_m <= 0.35
+    states = trajectory.sampled(0.1)
+    away = min(
+        np.sqrt(((states.position_enu_m - place) ** 2).sum(axis=1)).min()
+        for place in beside.position_enu_m[5:-5]
+    )
+    assert away <= 0.35
+    assert len(sides) < len(thin(trajectory, Tolerance(0.2, np.radians(30.0))).t_s)
+
+
+@pytest.mark.parametrize("name", ["kiosk", "asilo"])
+def test_the_aims_look_where_the_gaze_looks(planned, name):
+    trajectory = planned(name).trajectory
+    thinned = thin(trajectory, Tolerance(0.35, np.radians(12.0)))
+    firsts = [first for first, _ in thinned.aims]
+    dense = trajectory.sampled(0.1)
+    waypoint = np.searchsorted(thinned.t_s, dense.t_s, side="right") - 1
+    which = np.searchsorted(firsts, np.clip(waypoint, 0, len(thinned.t_s) - 2), side="right") - 1
+    points = np.array([aim.point_enu_m for _, aim in thinned.aims])[which]
+    way = points - dense.position_enu_m
+    error = np.degrees(np.abs(wrap_rad(np.arctan2(way[:, 1], way[:, 0]) - dense.yaw_enu_rad)))
+    assert error.max() <= np.degrees(thinned.heading_error_rad) + 0.5
+    assert thinned.heading_error_rad <= np.radians(12.0)
+    assert len(thinned.aims) < len(thinned.t_s) / 1.3
+
+
+def test_gazes_that_meet_have_their_meeting_point_for_an_aim(planned):
+    states = planned("kiosk").trajectory.sampled(0.1)
+    angle = np.linspace(0.0, 1.0, 40)
+    circle = np.column_stack([6.0 * np.cos(angle), 6.0 * np.sin(angle), np.full(40, 5.0)])
+    inward = replace(
+        states,
+        t_s=angle,
+        position_enu_m=circle,
+        yaw_enu_rad=angle + np.pi,
+        gimbal_pitch_rad=np.zeros(40),
+    )
+    aim = aim_over(inward, 0, 39)
+    assert aim.point_enu_m == pytest.approx([0.0, 0.0, 5.0], abs=1e-6)
+    assert aim.error_rad < 1e-9
+    outward = aim_over(replace(inward, yaw_enu_rad=angle.copy()), 0, 39)
+    assert outward.error_rad == pytest.approx(
+        0.5, abs=0.03
+    )  # they meet behind: straight ahead is the best there is
+
+
+def test_no_corner_is_cut_deeper_than_stated():
+    square = np.array([[0.0, 0, 0], [20, 0, 0], [20, 20, 0], [20.0, 22, 0], [19, 40, 0]])
+    radius_m = acceptance_m(square, CUT_M)
+    assert radius_m[1] == pytest.approx(CUT_M / np.sin(np.pi / 4))
+    assert radius_m[2] == pytest.approx(1.0)  # half way to the next
+    assert radius_m[0] == ACCEPTANCE_M
+    begin, sweep = cut_lines_m(square, radius_m)
+    middle = begin[len(square) - 1] + 0.5 * sweep[len(square) - 1]
+    assert np.hypot(*(middle - square[1])[:2]) == pytest.approx(CUT_M)
+
+
+def test_the_trigger_decides_the_camera_items(planned):
+    kiosk = planned("kiosk")
+    shots = kiosk.shots
+
+    def items(trigger):
+        return inspection_missions(changed(kiosk, "camera", trigger=trigger)).missions[0].items
+
+    by_time = items("camera")
+    start, stop = commands(by_time).index(2000), commands(by_time).index(2001)
+    assert start < stop
+    interval_s = by_time[start].params[1]
+    assert 0.7 <= interval_s <= np.diff(shots.t_s).min()
+    assert by_time[start - 1].command in (16, 178, 195)
+    by_distance = [item for item in items("distance") if item.command == 206]
+    assert by_distance[0].params[0] > 0.0 == by_distance[1].params[0]
+    single = [item for item in items("digicam") if item.command == 203]
+    assert len(single) == len(shots)
+    assert all(item.params[4] == 1.0 and item.frame == 2 for item in single)
+    assert not {203, 206, 2000, 2001} & set(commands(items("none")))
+
+
+def test_a_small_board_gets_a_coarser_mission_and_is_told_the_cost(planned):
+    asilo = planned("asilo")
+    whole = inspection_missions(asilo)
+    tight = len(whole.missions[0].items) - 8
+    coarse = inspection_missions(changed(asilo, "vehicle", max_items=tight))
+    assert len(coarse.missions) == 1
+    assert len(coarse.missions[0].items) <= tight
+    assert coarse.missions[0].thinned.chord_error_m > whole.missions[0].thinned.chord_error_m
+    assert mission_warnings(whole, 500) == ()
+    (warning,) = mission_warnings(coarse, tight)
+    assert f"max_items = {tight}" in warning
+    assert f"{coarse.clearance_m:.2f} m of clearance" in warning
+
+
+def test_a_tiny_board_gets_several_complete_sorties(planned):
+    asilo = changed(planned("asilo"), "vehicle", max_items=30)
+    fit = inspection_missions(asilo)
+    assert len(fit.missions) >= 2
+    assert fit.clearance_m >= asilo.clearance_required_m
+    plans = inspection_documents(asilo, fit)
+    for number, (mission, plan) in enumerate(zip(fit.missions, plans, strict=True), start=1):
+        assert len(mission.items) <= 30
+        kinds = commands(mission.items)
+        assert (kinds[0], kinds[-2:]) == (22, [197, 20])
+        assert kinds.count(2000) == kinds.count(2001) == 1
+        assert check_document(plan).errors == ()
+        assert plan["mavspiral"]["sortie"] == [number, len(plans)]
+    times = [[t for t in plan["mavspiral"]["item_t_s"] if t is not None] for plan in plans]
+    begin_s, end_s = asilo.trajectory.span_s("inspection")
+    assert min(map(min, times)) <= begin_s
+    assert max(map(max, times)) >= end_s
+    for before, after in pairwise(times):
+        assert after[0] < before[-1]
+
+
+def test_an_endurance_that_forces_sorties_and_one_that_forbids_them(planned):
+    kiosk = planned("kiosk")
+    assert len(inspection_missions(changed(kiosk, "vehicle", endurance_s=130.0)).missions) >= 2
+    with pytest.raises(LimitError, match="endurance_s = 60"):
+        inspection_missions(changed(kiosk, "vehicle", endurance_s=60.0))
+
+
+def test_chords_that_come_too_near_are_refused(planned):
+    kiosk = planned("kiosk")
+    with pytest.raises(LimitError, match=r"comes within .* 5\.90 m are required"):
+        inspection_missions(replace(kiosk, clearance_required_m=5.9))
+
+
+def test_our_own_plan_is_read_back_without_loss(planned):
+    kiosk = planned("kiosk")
+    fit = inspection_missions(kiosk)
+    (document,) = inspection_documents(kiosk, fit)
+    plan = json.loads(json.dumps(document, allow_nan=False))
+    own = read_own_plan(plan, kiosk.mission.path)
+    assert own is not None
+    assert own.mission == kiosk.mission
+    assert own.sortie == (1, 1)
+    for item, t_s in zip(plan["mission"]["items"], own.item_t_s, strict=True):
+        assert (t_s is not None) == (item["command"] in (16, 22))
+    again = fit.missions[0].thinned.t_s
+    assert [t for t in own.item_t_s if t is not None] == pytest.approx(again, abs=1e-3)
+    plan["mission"]["items"].pop()
+    with pytest.raises(InputError, match="changed after"):
+        read_own_plan(plan)
+    del plan["mavspiral"]
+    assert read_own_plan(plan) is None
+
+
+def test_the_fence_keeps_its_margin(planned):
+    place = planned("kiosk").clearance.position_enu_m
+    corners = fence_enu_m(place, 7.0)
+    following = np.roll(corners, -1, axis=0)
+    side = following - corners
+    normal = np.column_stack([side[:, 1], -side[:, 0]]) / np.hypot(*side.T)[:, None]
+    inward = -((place[None, ::20, :2] - corners[:, None]) * normal[:, None]).sum(axis=-1)
+    assert inward.min() >= 7.0 - 1e-9
+    assert inward.min() < 7.5
+
+
+def test_exclusion_only_where_neither_flight_nor_return_comes_near():
+    heights = np.zeros((200, 200))
+    heights[60:70, 20:30] = 10.0  # beside the way
+    heights[98:102, 90:100] = 10.0  # under the way home
+    heights[140:150, 150:160] = 0.5  # a kerb
+    site = HeightMap(heights, 0.5, LocalFrame(GeoPoint(0.0, 0.0, 0.0)), np.zeros(2))
+    home = np.array([5.0, 50.0, 0.0])
+    flown = np.column_stack([np.linspace(90.0, 95.0, 50), np.full(50, 50.0), np.full(50, 20.0)])
+    inside = np.array([[0.0, 0.0], [99.0, 0.0], [99.0, 99.0], [0.0, 99.0]])
+    polygons, omitted_n = exclusion_fences_enu_m(flown, site, home, inside, 4.0)
+    assert omitted_n == 1
+    (polygon,) = polygons
+    assert polygon.min(axis=0) == pytest.approx([10.0, 30.0], abs=0.5)
+    assert polygon.max(axis=0) == pytest.approx([15.0, 35.0], abs=0.5)
+    assert exclusion_fences_enu_m(flown, site, np.array([12.0, 10.0, 0.0]), inside, 4.0)[1] == 0

@@ -1,0 +1,66 @@
+"""The exported mission, uploaded and flown in AUTO by the bundled vehicle, measured as the streamed one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mavspiral.closedloop import simulate
+from mavspiral.errors import InputError
+from mavspiral.motion.nearest import path_times_s
+
+
+@pytest.fixture(scope="module")
+def flown(planned):
+    return simulate(planned("kiosk"), seed=3, via="mission")
+
+
+def test_it_is_uploaded_compared_flown_and_landed(flown):
+    texts = [event.text for event in flown.log.events]
+    assert flown.outcome.ok, flown.outcome
+    assert any("items uploaded, read back and compared" in text for text in texts)
+    assert texts[-1] == "flown, landed, disarmed"
+    assert flown.summary()["via"] == "mission"
+    assert flown.summary()["setpoints"]["sent"] == 0
+
+
+def test_it_sees_all_of_the_building_and_keeps_the_clearance(flown):
+    assert flown.coverage.walls >= 0.99
+    assert flown.clearance_min_m >= flown.inspection.clearance_required_m
+    assert len(flown.shots) >= len(flown.inspection.shots)  # by time, and it is slower than planned
+
+
+def test_it_stays_within_what_the_exporter_states(flown):
+    from mavspiral.export.corners import CUT_M
+    from mavspiral.handover import inspection_missions
+
+    stated_m = inspection_missions(flown.inspection).missions[0].thinned.chord_error_m + CUT_M
+    assert flown.tracking_m.max() <= stated_m
+    assert flown.tracking_p95_m <= 0.5
+
+
+def test_same_seed_same_bits(planned, flown):
+    again = simulate(planned("kiosk"), seed=3, via="mission")
+    assert again.tlog == flown.tlog
+    assert np.array_equal(again.log.truth_position_enu_m, flown.log.truth_position_enu_m)
+
+
+def test_several_sorties_are_not_one_flight(planned):
+    kiosk = planned("kiosk")
+    vehicle = kiosk.mission.vehicle.model_copy(update={"max_items": 30})
+    small = replace(kiosk, mission=kiosk.mission.model_copy(update={"vehicle": vehicle}))
+    with pytest.raises(InputError, match="sorties, and one flight is simulated"):
+        simulate(small, via="mission")
+
+
+def test_path_times_of_who_flies_the_curve_slower_and_beside_it(planned):
+    trajectory = planned("kiosk").trajectory
+    t_s = np.linspace(0.0, trajectory.duration_s, 3000)
+    place = trajectory(t_s).position_enu_m + np.array([0.0, 0.0, 0.4])
+    found = path_times_s(trajectory, place)
+    moving = np.sqrt((trajectory(t_s).velocity_enu_mps ** 2).sum(axis=1)) > 0.5
+    level = np.abs(trajectory(t_s).velocity_enu_mps[:, 2]) < 0.3
+    assert np.abs(found - t_s)[moving & level].max() < 0.15
+    assert np.all(np.diff(found) >= 0.0)
