@@ -27,6 +27,7 @@ from mavspiral.brief import (
 from mavspiral.errors import LimitError
 from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
+from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import Leg, Trajectory, TrajectoryState
 from mavspiral.obstacle import nearest_obstacle
 from mavspiral.passes import Pass, flown_in_order, tour_of
@@ -34,6 +35,7 @@ from mavspiral.pieces import pieces_of
 from mavspiral.route import route_of, ways_of
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.readers import read_site
+from mavspiral.sorties import Sortie, plan_sorties
 from mavspiral.survey.certificate import (
     STRAIGHT_ON,
     Certificate,
@@ -75,15 +77,38 @@ class Inspection:
     warnings: tuple[str, ...]
     planning_ms: dict[str, float]
 
-    def route_from(self, home_enu_m: FloatArray) -> Trajectory:
-        """The same inspection flown from another home, `(3,)` in the plan's ENU.
+    def route_from(self, home_enu_m: FloatArray, sortie: Sortie | None = None) -> Trajectory:
+        """The same inspection, or a sortie of it, flown from another home, `(3,)` in the plan's ENU.
 
         Raises:
             InputError: that home is in or at a wall.
             LimitError: no way from there to the first pass and back keeps the clearance.
         """
+        legs = self.tour if sortie is None else sortie.legs
         ways = ways_of(self.mission, self.site, self.clearance_required_m)
-        return route_of(self.site, self.tour, home_enu_m, ways)
+        return route_of(self.site, legs, home_enu_m, ways)
+
+    def sorties(self, begin_s: float = 0.0) -> tuple[Sortie, ...]:
+        """The flights, each of one battery, that fly the inspection from `begin_s` of its own time to its end.
+
+        Raises:
+            LimitError: no battery lasts for the way there and back and some shots.
+        """
+        limits = pace_of(self.mission, camera_of(self.mission), limits_of(self.mission))
+        legs = self.tour
+
+        def flight_s(sortie: Sortie) -> float:
+            whole = sortie.legs == legs
+            return (self.trajectory if whole else self.route_from(self.home_enu_m, sortie)).duration_s
+
+        return plan_sorties(
+            legs,
+            self.shots.t_s - self.trajectory.span_s("inspection")[0],
+            endurance_s=self.mission.vehicle.endurance_s,
+            flight_s=flight_s,
+            retime=lambda path, gaze: fastest_law(path, gaze, limits),
+            begin_s=begin_s,
+        )
 
     def flown_shots(
         self, route: Trajectory, path_t_s: FloatArray, position_enu_m: FloatArray, yaw_enu_rad: FloatArray
@@ -140,7 +165,7 @@ class Inspection:
             "clearance_required_m": round(self.clearance_required_m, 3),
             "clearance_budget": budget_of(self.mission).summary(self.mission.limits.clearance_m),
             "photos": len(self.shots),
-            "sorties": None,
+            "sorties": len(self.sorties()),
             "coverage": self.coverage.summary(),
             "planning_ms": {stage: round(ms, 2) for stage, ms in self.planning_ms.items()},
             "failsafe": None,
@@ -187,11 +212,6 @@ def plan(mission: Mission) -> Inspection:
         clearance = measuring.result()
     certificate = _certificate(mission, states, clearance, limits, required_m)
     watch.lap("certificate")
-    if trajectory.duration_s > mission.vehicle.endurance_s:
-        raise LimitError(
-            f"{mission.name}: the flight takes {trajectory.duration_s:.0f} s, [vehicle] endurance_s = "
-            f"{mission.vehicle.endurance_s:g}. Fix: a larger standoff_m, a smaller band (bottom_m, top_m), or another battery"
-        )
     if not certificate.ok:
         raise LimitError(
             f"{mission.name}: the plan fails its limits: {'; '.join(_failures(mission, site, trajectory, certificate))}. "
@@ -214,7 +234,7 @@ def plan(mission: Mission) -> Inspection:
         roofs=mission.inspection.roof,
     )
     watch.lap("coverage")
-    return Inspection(
+    inspection = Inspection(
         mission,
         site,
         passes,
@@ -229,6 +249,8 @@ def plan(mission: Mission) -> Inspection:
         (*mission.notices, *site_map.warnings, *found.told, *unseen),
         watch.laps_ms,
     )
+    inspection.sorties()  # refuses what no battery can fly
+    return inspection
 
 
 def _certificate(

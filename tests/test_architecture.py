@@ -17,7 +17,7 @@ closedloop live
 flown
 show planner
 pieces route
-passes
+passes sorties
 order transit obstacle
 brief
 export flight
