@@ -128,6 +128,9 @@ def fly(
     signing: Annotated[
         Path | None, typer.Option("--signing", help="A key file: sign all, and refuse what is not signed.")
     ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on where the flights in NAME.journal ended.")
+    ] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before flying.")] = False,
     out: Out = None,
     as_json: Json = False,
@@ -156,6 +159,8 @@ def fly(
         dry_run=dry_run,
         rate_hz=rate,
         signing_key=key,
+        folder=folder,
+        resume=resume,
         on_event=_quiet if as_json else _say,
     )
     summary = flight.summary()

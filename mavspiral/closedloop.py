@@ -73,7 +73,7 @@ def simulate(
         inspection.site.heights.frame,
         SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
         way_home=inspection.way_home,
-        tap=TlogWriter(tape, TLOG_EPOCH_US).write,
+        tap=TlogWriter(tape.write, TLOG_EPOCH_US).write,
     )
     witness = _Witness(simulator)
     limit_us = round(1e6 * (PATIENCE * inspection.trajectory.duration_s + 300.0))

@@ -14,6 +14,7 @@ from mavspiral.flight.outcome import Outcome
 from mavspiral.flight.schedule import StreamFigures
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection
+from mavspiral.progress import DONE_S
 from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.shots import Shots
 
@@ -116,6 +117,8 @@ class Flight:
 class LiveFlight:
     """A flight on a vehicle whose truth nobody knows: what was measured is against its own estimate.
 
+    Coverage and `inspected_s`, to where of the inspection's own time it came, are of the `earlier` flights too that it went
+    on from; `sorties_left_n` counts what was left before it, itself among them.
     `refused_n` frames were not signed with our key, or had come before; None on a link that is not signed.
     """
 
@@ -123,13 +126,26 @@ class LiveFlight:
     outcome: Outcome
     events: tuple[Event, ...]
     log: FlightLog | None
-    tlog: bytes
+    files: dict[str, str]
+    troubles: tuple[str, ...]
     duration_s: float
     stream: StreamFigures
     tracking_m: FloatArray
     clearance_m: FloatArray
     coverage: Coverage | None
+    flights_n: int
+    sorties_left_n: int
+    inspected_s: float
+    earlier: tuple[FlightLog, ...]
     refused_n: int | None = None
+
+    @property
+    def _left(self) -> tuple[str, ...]:
+        """What is left to fly, in words."""
+        if self.log is None or self.inspected_s >= self.inspection.duration_s - DONE_S:
+            return ()
+        done = f"inspected to {self.inspected_s:.0f} of {self.inspection.duration_s:.0f} s"
+        return (f"{done}; with a full battery, `mavspiral fly … --resume` goes on there",)
 
     def summary(self) -> dict[str, Any]:
         """The figures of `fly --json`, named as `simulate` names them; `source` says whose word they are."""
@@ -144,6 +160,12 @@ class LiveFlight:
             "coverage": {
                 kind: self.coverage.summary()[kind] if self.coverage else None for kind in ("walls", "roof")
             },
+            "inspected": {
+                "flights": self.flights_n,
+                "sorties_left": self.sorties_left_n,
+                "done_s": round(self.inspected_s, 2),
+                "of_s": round(self.inspection.duration_s, 2),
+            },
             "setpoints": {
                 "sent": self.stream.sent_n,
                 "rate_hz": round(self.stream.rate_hz, 2),
@@ -155,6 +177,7 @@ class LiveFlight:
             ],
             "passed": self.outcome.ok,
             "failures": [] if self.outcome.ok else [self.outcome.reason],
+            "warnings": [*self.troubles, *self._left],
         }
 
 

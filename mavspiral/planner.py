@@ -24,18 +24,21 @@ from mavspiral.brief import (
     pace_of,
     with_keepouts,
 )
+from mavspiral.curve import Path
 from mavspiral.errors import LimitError
 from mavspiral.mission import Mission
+from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import Leg, Trajectory, TrajectoryState
+from mavspiral.motion.turn import Gaze
 from mavspiral.obstacle import nearest_obstacle
 from mavspiral.passes import Pass, flown_in_order, tour_of
 from mavspiral.pieces import pieces_of
 from mavspiral.route import route_of, ways_of
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.readers import read_site
-from mavspiral.sorties import Sortie, plan_sorties
+from mavspiral.sorties import Sortie, digest_of, plan_sorties, stretch
 from mavspiral.survey.certificate import (
     STRAIGHT_ON,
     Certificate,
@@ -88,13 +91,29 @@ class Inspection:
         ways = ways_of(self.mission, self.site, self.clearance_required_m)
         return route_of(self.site, legs, home_enu_m, ways)
 
+    @property
+    def shots_s(self) -> FloatArray:
+        """When the shots are due, `(n,)` of the inspection's own time, which begins with it."""
+        due_s: FloatArray = self.shots.t_s - self.trajectory.span_s("inspection")[0]
+        return due_s
+
+    @property
+    def duration_s(self) -> float:
+        """How long the inspection takes as planned in one go, without the ways to it and back."""
+        begin_s, end_s = self.trajectory.span_s("inspection")
+        return end_s - begin_s
+
+    @property
+    def digest(self) -> str:
+        """Which inspection this is: another if it leads elsewhere, wherever its home is."""
+        return digest_of(self.tour, self.shots_s)
+
     def sorties(self, begin_s: float = 0.0) -> tuple[Sortie, ...]:
         """The flights, each of one battery, that fly the inspection from `begin_s` of its own time to its end.
 
         Raises:
             LimitError: no battery lasts for the way there and back and some shots.
         """
-        limits = pace_of(self.mission, camera_of(self.mission), limits_of(self.mission))
         legs = self.tour
 
         def flight_s(sortie: Sortie) -> float:
@@ -103,23 +122,40 @@ class Inspection:
 
         return plan_sorties(
             legs,
-            self.shots.t_s - self.trajectory.span_s("inspection")[0],
+            self.shots_s,
             endurance_s=self.mission.vehicle.endurance_s,
             flight_s=flight_s,
-            retime=lambda path, gaze: fastest_law(path, gaze, limits),
+            retime=self._retimed,
             begin_s=begin_s,
         )
 
+    def sortie(self, begin_s: float, end_s: float) -> Sortie:
+        """The stretch of the inspection from `begin_s` to `end_s` of its own time."""
+        return stretch(self.tour, begin_s, end_s, self._retimed)
+
+    def _retimed(self, path: Path, gaze: Gaze) -> TimeLaw:
+        """The law of a cut leg."""
+        limits = pace_of(self.mission, camera_of(self.mission), limits_of(self.mission))
+        return fastest_law(path, gaze, limits)
+
     def flown_shots(
-        self, route: Trajectory, path_t_s: FloatArray, position_enu_m: FloatArray, yaw_enu_rad: FloatArray
+        self,
+        route: Trajectory,
+        path_t_s: FloatArray,
+        position_enu_m: FloatArray,
+        yaw_enu_rad: FloatArray,
+        sortie: Sortie | None = None,
     ) -> Shots:
         """The planned shots from where a vehicle was when it came to them.
 
-        `route` is what was flown. Its rows are poses at path times on it, NaN off it. Its way to the first pass
-        begins where the vehicle stood, so that the passes have other path times than planned.
+        `route` is what was flown, of `sortie` if not the whole inspection. Its rows are poses at path times on it, NaN
+        off it. Its way to the spiral begins where the vehicle stood, so that the spiral has other path times than planned.
         """
-        later_s = route.span_s("inspection")[0] - self.trajectory.span_s("inspection")[0]
-        return flown_shots(self.shots, path_t_s - later_s, position_enu_m, yaw_enu_rad)
+        since_s = path_t_s - route.span_s("inspection")[0]
+        if sortie is not None:
+            since_s = sortie.inspection_s(since_s)
+        planned_s = since_s + self.trajectory.span_s("inspection")[0]
+        return flown_shots(self.shots, planned_s, position_enu_m, yaw_enu_rad)
 
     def coverage_from(self, shots: Shots) -> Coverage:
         """What other shots than the planned ones show of the building."""

@@ -8,6 +8,7 @@ before the last one ended.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -18,10 +19,17 @@ from mavspiral.arrays import FloatArray, locked
 from mavspiral.curve import Path
 from mavspiral.errors import LimitError
 from mavspiral.motion.law import TimeLaw
-from mavspiral.motion.trajectory import Leg, Trajectory, belongs
+from mavspiral.motion.trajectory import Leg, belongs
 from mavspiral.motion.turn import Gaze
 
-__all__ = ["OVERLAP_SHOTS_N", "Sortie", "inspection_legs", "overlapping_s", "plan_sorties", "stretch"]
+__all__ = [
+    "OVERLAP_SHOTS_N",
+    "Sortie",
+    "digest_of",
+    "overlapping_s",
+    "plan_sorties",
+    "stretch",
+]
 
 OVERLAP_SHOTS_N = 3
 """A sortie begins so many shots before the last one ended.
@@ -38,6 +46,7 @@ _CUTS_N = 64
 """At so many places a cut is thought of: the way home is short on one side of a tower and leads over it on the other."""
 
 _HALVINGS_N = 20
+_DIGEST_N = 500
 _MORE_N = 3
 
 
@@ -64,10 +73,16 @@ class Sortie:
         return np.asarray(np.interp(t_s, self.flown_s, self.planned_s, left=np.nan, right=np.nan))
 
 
-def inspection_legs(trajectory: Trajectory) -> tuple[Leg, ...]:
-    """What of a flight is inspection: its first leg of that name to its last, with all between them."""
-    inspecting = [i for i, leg in enumerate(trajectory.legs) if belongs(leg.name, "inspection")]
-    return trajectory.legs[inspecting[0] : inspecting[-1] + 1]
+def digest_of(legs: tuple[Leg, ...], shots_s: FloatArray) -> str:
+    """Sixteen hex digits that change with where and when the inspection is flown, by a millimetre or so, and its shots."""
+    told = hashlib.sha256()
+    for leg in legs:
+        u = leg.law(np.linspace(0.0, leg.law.duration_s, _DIGEST_N))
+        told.update(leg.name.encode())
+        for values in (leg.path(u), leg.gaze(u), np.array([leg.law.duration_s])):
+            told.update(np.round(np.asarray(values) * 1e3).astype("<i8").tobytes())
+    told.update(np.round(shots_s * 1e3).astype("<i8").tobytes())
+    return told.hexdigest()[:16]
 
 
 def overlapping_s(shots_s: FloatArray, done_s: float) -> float:
@@ -119,7 +134,7 @@ def plan_sorties(
     """The fewest sorties of about equal length that fly the inspection from `begin_s` to its end.
 
     Args:
-        legs: the inspection (`inspection_legs`).
+        legs: the inspection: passes and the ways between them.
         shots_s: its shots, in its own time, rising.
         endurance_s: what no flight may exceed.
         flight_s: how long a sortie takes from home to home.

@@ -15,6 +15,7 @@ cli
 deliver
 closedloop live
 flown
+progress recording
 show planner
 pieces route
 passes sorties

@@ -153,7 +153,10 @@ def armed(s: Situation) -> bool:
 
 
 def ask_arm(s: Situation) -> bytes:
-    """Ask it to arm."""
+    """Ask it to arm, in the mode that this takes."""
+    arm_in = s.profile.arm_in
+    if arm_in is not None and s.vehicle.mode != arm_in.custom_mode:
+        return s.link.command(Command.DO_SET_MODE, *arm_in.command)
     return s.link.command(Command.COMPONENT_ARM_DISARM, 1.0)
 
 

@@ -27,6 +27,7 @@ class Profile:
         autopilot: MAV_AUTOPILOT in its heartbeat.
         follow: the mode in which it follows setpoints.
         climb: the modes that it goes through in a commanded take-off.
+        arm_in: the mode that it must be in to be armed for this; None where any will do.
         telemetry_hz: the streams that the session lives on, by message id; all others are switched off.
         kept: messages that are answers or notices, never switched off.
         quiet: streams that begin only in flight, switched off beforehand.
@@ -53,6 +54,7 @@ class Profile:
     land: Mode
     go_home: Mode
     climb: tuple[Mode, ...]
+    arm_in: Mode | None
     other_modes: tuple[Mode, ...]
     telemetry_hz: Mapping[int, float]
     kept: frozenset[int]

@@ -36,6 +36,9 @@ PX4 = Profile(
     land=_mode("AUTO.LAND", _AUTO, 6),
     go_home=_mode("AUTO.RTL", _AUTO, 5),
     climb=(_mode("AUTO.TAKEOFF", _AUTO, 2), _mode("AUTO.LOITER", _AUTO, 3)),
+    arm_in=_mode(
+        "AUTO.LOITER", _AUTO, 3
+    ),  # after a loss in OFFBOARD it lands in that mode, and will not arm in it
     other_modes=(
         _mode("MANUAL", 1),
         _mode("ALTCTL", 2),

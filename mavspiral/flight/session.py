@@ -15,7 +15,7 @@ from mavspiral.errors import LimitError, LinkError, MavspiralError
 from mavspiral.flight.course import COURSE, Late, Row
 from mavspiral.flight.flight_log import Event, FlightLog
 from mavspiral.flight.link import Link
-from mavspiral.flight.messages import Command, Heartbeat, Message, MessageId, StatusText, SystemStatus
+from mavspiral.flight.messages import Command, Heartbeat, Message, MessageId, Origin, StatusText, SystemStatus
 from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.px4 import PX4
@@ -119,6 +119,15 @@ class Session:
     def trajectory(self) -> Trajectory | None:
         """What is flown, once home is known."""
         return self._s.trajectory
+
+    @property
+    def origin(self) -> Origin | None:
+        """Where the vehicle's local frame begins, once its place is known."""
+        return self._s.origin
+
+    def rows_since(self, row: int) -> bytes:
+        """The log's rows from number `row` on, raw (`journal`)."""
+        return self._streamer.recorder.since(row)
 
     @property
     def events(self) -> tuple[Event, ...]:

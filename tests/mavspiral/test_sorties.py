@@ -10,7 +10,7 @@ import pytest
 from mavspiral.brief import camera_of, limits_of, pace_of
 from mavspiral.errors import LimitError
 from mavspiral.motion.timing import fastest_law
-from mavspiral.sorties import OVERLAP_SHOTS_N, inspection_legs, overlapping_s, plan_sorties, stretch
+from mavspiral.sorties import OVERLAP_SHOTS_N, overlapping_s, plan_sorties, stretch
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +26,7 @@ def retime(kiosk):
 
 @pytest.fixture(scope="module")
 def legs(kiosk):
-    return inspection_legs(kiosk.trajectory)
+    return kiosk.tour
 
 
 @pytest.fixture(scope="module")
