@@ -1,5 +1,6 @@
 """`mavspiral fly` as a user runs it, over UDP against the bundled vehicle: killed in mid-inspection, and going on."""
 
+import itertools
 import json
 import signal
 import subprocess
@@ -32,15 +33,17 @@ class Flying:
         threading.Thread(target=self._listen, daemon=True).start()
 
     def _listen(self):
-        for line in self.process.stdout:
+        for line in itertools.chain(self.process.stdout, [None]):
             with self._came:
-                self.lines.append(line.rstrip())
+                self.lines.append("(over)" if line is None else line.rstrip())
                 self._came.notify_all()
 
     def wait_for(self, words):
         with self._came:
-            found = self._came.wait_for(lambda: any(words in line for line in self.lines), FLIES_S)
-        assert found, (words, self.lines, self.process.poll())
+            self._came.wait_for(
+                lambda: any(words in line or line == "(over)" for line in self.lines), FLIES_S
+            )
+        assert any(words in line for line in self.lines), "\n".join(self.lines)
 
     def end(self):
         code = self.process.wait(FLIES_S)
@@ -76,7 +79,7 @@ def test_killed_in_mid_inspection_it_resumes_and_every_wall_is_seen(start_vehicl
 
     answer = Flying(vehicle, tmp_path, "--resume", "--json")
     code, errors = answer.end()
-    summary = json.loads("\n".join(answer.lines))
+    summary = json.loads(answer.lines[0])
     assert code == 0, (summary["failures"], errors)
     assert summary["inspected"]["flights"] == 2
     assert summary["coverage"]["walls"] > 0.99

@@ -10,7 +10,7 @@ import pytest
 from mavspiral.brief import camera_of, limits_of, pace_of
 from mavspiral.errors import LimitError
 from mavspiral.motion.timing import fastest_law
-from mavspiral.sorties import OVERLAP_SHOTS_N, overlapping_s, plan_sorties, stretch
+from mavspiral.sorties import OVERLAP_SHOTS_N, digest_of, overlapping_s, plan_sorties, stretch
 
 
 @pytest.fixture(scope="module")
@@ -90,3 +90,8 @@ def test_it_begins_again_some_shots_before(shots_s):
     assert overlapping_s(shots_s, shots_s[10]) == shots_s[10 - OVERLAP_SHOTS_N]
     assert overlapping_s(shots_s, shots_s[10] + 0.3) == shots_s[10 - OVERLAP_SHOTS_N]
     assert overlapping_s(shots_s, 0.0) == overlapping_s(shots_s, shots_s[1]) == 0.0
+
+
+def test_another_plan_has_another_digest(planned, legs, shots_s):
+    assert digest_of(legs, shots_s) == digest_of(legs, shots_s) == planned("kiosk").digest
+    assert planned("asilo").digest != planned("kiosk").digest != digest_of(legs, shots_s + 0.01)
