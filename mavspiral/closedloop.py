@@ -21,6 +21,7 @@ from mavspiral.flown import Flight
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
 from mavspiral.mission import Mission
 from mavspiral.planner import Inspection, plan
+from mavspiral.progress import captured_shots
 from mavspiral.survey.solids import Solids
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
@@ -73,6 +74,7 @@ def simulate(
         inspection.site.heights.frame,
         SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
         way_home=inspection.way_home,
+        shots=inspection.shot_orders(inspection.sorties()[0]),
         tap=TlogWriter(tape.write, TLOG_EPOCH_US).write,
     )
     witness = _Witness(simulator)
@@ -180,7 +182,12 @@ def _measured(
     at = np.searchsorted(seen["time_us"], log.t_us)
     yaw_enu_rad = np.unwrap(yaw_ned_to_enu(seen["yaw_ned_rad"][at]))
     log = log.with_truth(position_enu_m[at], seen["velocity_ned_mps"][at] @ to_home.R_ned_enu, yaw_enu_rad)
-    shots = inspection.flown_shots(session.trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad)
+    if inspection.mission.camera.trigger == "none":
+        shots = inspection.flown_shots(session.trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad)
+    else:
+        since_s = log.path_t_s - session.trajectory.span_s("inspection")[0]
+        pitch_rad = inspection.pitch_on(inspection.sorties()[0], since_s)
+        shots = captured_shots(log, session.pictures, position_enu_m[at], yaw_enu_rad, pitch_rad)
     inspecting = log.on_leg("inspection")
     tracking_m = np.sqrt(((position_enu_m[at] - log.reference_position_enu_m)[inspecting] ** 2).sum(axis=1))
     believed_enu_m = _believed_map(inspection, witness.simulator).position_enu_m(seen["believed_ned_m"][at])

@@ -118,7 +118,7 @@ def _flight_picture(flight: Flight, path: Path, summary: dict[str, Any]) -> Path
 
 
 def write_live(flight: LiveFlight, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
-    """The files of a real flight by kind: what grew as it flew, npz (when it came off the ground) and json.
+    """The files of a real flight by kind: what grew as it flew, npz (when it came off the ground), geotags and json.
 
     Each earlier flight that it went on from gets its log too, from the journal, as NAME.1.flight.npz and so on.
     """
@@ -127,6 +127,10 @@ def write_live(flight: LiveFlight, folder: Path, summary: dict[str, Any]) -> dic
     if flight.log is not None:
         names["npz"] = str(folder / f"{name}.flight.npz")
         flight.log.save(Path(names["npz"]))
+    if flight.shots is not None and len(flight.shots):
+        names["geotags"] = str(folder / f"{name}.geotags.csv")
+        frame = flight.inspection.site.heights.frame
+        write_text(Path(names["geotags"]), photos_csv(flight.shots, frame))
     for number, log in enumerate(flight.earlier, start=1):
         names[f"npz_{number}"] = str(folder / f"{name}.{number}.flight.npz")
         log.save(Path(names[f"npz_{number}"]))

@@ -119,6 +119,7 @@ class LiveFlight:
 
     Coverage and `inspected_s`, to where of the inspection's own time it came, are of the `earlier` flights too that it went
     on from; `sorties_left_n` counts what was left before it, itself among them.
+    `shots` are all that were taken, `pictures_n` those of this flight; `missed_shots` were commanded and never taken.
     `refused_n` frames were not signed with our key, or had come before; None on a link that is not signed.
     """
 
@@ -137,6 +138,9 @@ class LiveFlight:
     sorties_left_n: int
     inspected_s: float
     earlier: tuple[FlightLog, ...]
+    shots: Shots | None
+    pictures_n: int
+    missed_shots: tuple[int, ...]
     refused_n: int | None = None
 
     @property
@@ -166,6 +170,7 @@ class LiveFlight:
                 "done_s": round(self.inspected_s, 2),
                 "of_s": round(self.inspection.duration_s, 2),
             },
+            "shots": {"taken": self.pictures_n, "missed": [shot + 1 for shot in self.missed_shots]},
             "setpoints": {
                 "sent": self.stream.sent_n,
                 "rate_hz": round(self.stream.rate_hz, 2),

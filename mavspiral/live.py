@@ -78,6 +78,7 @@ def fly(
             inspection.site.heights.frame,
             SessionConfig(dry_run=dry_run, rate_hz=rate_hz, safe_height_enu_m=inspection.safe_height_enu_m),
             way_home=inspection.way_home,
+            shots=inspection.shot_orders(sortie),
             tap=TlogWriter(recording.packets, time.time_ns() // 1000).write,
             signer=signer,
         )
@@ -117,7 +118,7 @@ def fly(
     done_s = before.done_s
     if log is not None and session.trajectory is not None:
         begins_s = session.trajectory.span_s("inspection")[0]
-        shots = (*shots, estimated_shots(inspection, sortie, log, begins_s))
+        shots = (*shots, estimated_shots(inspection, sortie, log, begins_s, session.pictures))
         done_s = max(done_s, inspected_s(log, sortie, begins_s))
     return LiveFlight(
         inspection,
@@ -135,6 +136,9 @@ def fly(
         len(sorties),
         done_s,
         before.logs,
+        together(shots) if shots else None,
+        len(session.pictures),
+        session.missed_shots,
         None if signer is None else signer.refused_n,
     )
 

@@ -26,6 +26,7 @@ from mavspiral.brief import (
 )
 from mavspiral.curve import Path
 from mavspiral.errors import LimitError
+from mavspiral.flight.shutter import ShotOrders
 from mavspiral.mission import Mission
 from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
@@ -38,7 +39,7 @@ from mavspiral.pieces import pieces_of
 from mavspiral.route import route_of, ways_of
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.readers import read_site
-from mavspiral.sorties import Sortie, digest_of, plan_sorties, stretch
+from mavspiral.sorties import Sortie, digest_of, plan_sorties, shots_on, stretch
 from mavspiral.survey.certificate import (
     STRAIGHT_ON,
     Certificate,
@@ -132,6 +133,26 @@ class Inspection:
     def sortie(self, begin_s: float, end_s: float) -> Sortie:
         """The stretch of the inspection from `begin_s` to `end_s` of its own time."""
         return stretch(self.tour, begin_s, end_s, self._retimed)
+
+    def shot_orders(self, sortie: Sortie) -> ShotOrders:
+        """What camera and gimbal are told on a sortie."""
+        camera, asked = self.mission.camera, self.mission.inspection
+        return ShotOrders(
+            camera.trigger,
+            camera_of(self.mission).shot_spacing_m(asked.standoff_m, asked.side_overlap),
+            camera.gimbal,
+            lambda route: shots_on(sortie, self.shots_s, route),
+        )
+
+    def pitch_on(self, sortie: Sortie, since_s: FloatArray) -> FloatArray:
+        """The camera's planned pitch `since_s` after the inspection of a sortie began; level off it (NaN too)."""
+        planned_s = sortie.inspection_s(since_s)
+        on_it = np.isfinite(planned_s)
+        pitch_rad = np.zeros(len(planned_s))
+        pitch_rad[on_it] = self.trajectory(
+            planned_s[on_it] + self.trajectory.span_s("inspection")[0]
+        ).gimbal_pitch_rad
+        return pitch_rad
 
     def _retimed(self, path: Path, gaze: Gaze) -> TimeLaw:
         """The law of a cut leg."""

@@ -8,14 +8,24 @@ from pathlib import Path
 
 import numpy as np
 
+from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import FlightLog
 from mavspiral.flight.journal import read_journal
+from mavspiral.flight.shutter import Picture
 from mavspiral.planner import Inspection
 from mavspiral.sorties import Sortie
-from mavspiral.survey.shots import Shots, flown_shots
+from mavspiral.survey.shots import Shots, flown_shots, shots_at
 
-__all__ = ["DONE_S", "Progress", "estimated_shots", "inspected_s", "progress_of", "together"]
+__all__ = [
+    "DONE_S",
+    "Progress",
+    "captured_shots",
+    "estimated_shots",
+    "inspected_s",
+    "progress_of",
+    "together",
+]
 
 DONE_S = 0.1
 """So near its end the inspection is done."""
@@ -61,14 +71,31 @@ def progress_of(inspection: Inspection, path: Path) -> Progress:
         begins_s = flight.place["inspection_s"]
         done_s = max(done_s, inspected_s(log, sortie, begins_s))
         logs.append(log)
-        shots.append(estimated_shots(inspection, sortie, log, begins_s))
+        shots.append(estimated_shots(inspection, sortie, log, begins_s, flight.pictures))
     if done_s >= inspection.duration_s - DONE_S:
         raise InputError(f"{path}: nothing is left to fly. Fix: begin afresh without --resume")
     return Progress(len(chain), done_s, tuple(logs), tuple(shots))
 
 
-def estimated_shots(inspection: Inspection, sortie: Sortie, log: FlightLog, begins_s: float) -> Shots:
-    """The planned shots from where the vehicle believed to be; its inspection began at the path time `begins_s`."""
+def estimated_shots(
+    inspection: Inspection,
+    sortie: Sortie,
+    log: FlightLog,
+    begins_s: float,
+    pictures: tuple[Picture, ...],
+) -> Shots:
+    """What a flight shot, from where the vehicle believed to be; its inspection began at the path time `begins_s`.
+
+    The pictures that were taken; the planned shots that it came by where nobody commands the camera.
+    """
+    if inspection.mission.camera.trigger != "none":
+        return captured_shots(
+            log,
+            pictures,
+            log.estimate_position_enu_m,
+            log.estimate_yaw_enu_rad,
+            inspection.pitch_on(sortie, log.path_t_s - begins_s),
+        )
     known = np.isfinite(log.estimate_position_enu_m).all(axis=1) & np.isfinite(log.estimate_yaw_enu_rad)
     planned_s = (
         sortie.inspection_s(log.path_t_s[known] - begins_s) + inspection.trajectory.span_s("inspection")[0]
@@ -78,6 +105,27 @@ def estimated_shots(inspection: Inspection, sortie: Sortie, log: FlightLog, begi
         planned_s,
         log.estimate_position_enu_m[known],
         np.unwrap(log.estimate_yaw_enu_rad[known]),
+    )
+
+
+def captured_shots(
+    log: FlightLog,
+    pictures: tuple[Picture, ...],
+    position_enu_m: FloatArray,
+    yaw_enu_rad: FloatArray,
+    pitch_rad: FloatArray,
+) -> Shots:
+    """The pictures from where the vehicle was when they were taken: rows of poses, one for each of the log's."""
+    known = np.isfinite(position_enu_m).all(axis=1) & np.isfinite(yaw_enu_rad)
+    taken_s = np.array(sorted(picture.vehicle_s for picture in pictures), dtype=np.float64)
+    if not known.any():
+        return Shots(np.empty(0), np.empty((0, 3)), np.empty(0), np.empty(0))
+    return shots_at(
+        taken_s,
+        np.maximum.accumulate(log.vehicle_s[known]),
+        position_enu_m[known],
+        np.unwrap(yaw_enu_rad[known]),
+        pitch_rad[known],
     )
 
 

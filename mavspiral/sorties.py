@@ -19,7 +19,7 @@ from mavspiral.arrays import FloatArray, locked
 from mavspiral.curve import Path
 from mavspiral.errors import LimitError
 from mavspiral.motion.law import TimeLaw
-from mavspiral.motion.trajectory import Leg, belongs
+from mavspiral.motion.trajectory import Leg, Trajectory, belongs
 from mavspiral.motion.turn import Gaze
 
 __all__ = [
@@ -71,6 +71,14 @@ class Sortie:
     def inspection_s(self, t_s: FloatArray | list[float] | float) -> FloatArray:
         """The inspection's own time, `t_s` after the first of the legs has begun; NaN before and after them."""
         return np.asarray(np.interp(t_s, self.flown_s, self.planned_s, left=np.nan, right=np.nan))
+
+
+def shots_on(sortie: Sortie, shots_s: FloatArray, route: Trajectory) -> FloatArray:
+    """The path times on `route` of those shots, `(n,)` of the inspection's own time, that the sortie flies."""
+    within = shots_s[(shots_s >= sortie.begin_s - _MOMENT_S) & (shots_s <= sortie.end_s + _MOMENT_S)]
+    flown_s = np.interp(within, sortie.planned_s, sortie.flown_s)
+    begins_s, ends_s = route.span_s("inspection")
+    return np.clip(begins_s + flown_s, begins_s, ends_s - _MOMENT_S / 2)
 
 
 def digest_of(legs: tuple[Leg, ...], shots_s: FloatArray) -> str:

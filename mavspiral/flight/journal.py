@@ -8,6 +8,7 @@ most one record torn, the last; reading ends there, and writing goes on there.
     P  JSON   where it is placed: the vehicle's origin, the legs, when the inspection begins
     R  rows   of the flight log, 19 doubles each (`Recorder`)
     E  JSON   an event: [t_us, severity, text]
+    S  JSON   pictures: [shot, the vehicle's seconds] each
     Z  JSON   the flight is over: {"ok": …, "reason": …}
 """
 
@@ -17,7 +18,7 @@ import json
 import struct
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import ROW_N, Event, FlightLog, log_of_rows
 from mavspiral.flight.outcome import Step
 from mavspiral.flight.session import Session
+from mavspiral.flight.shutter import Picture
 from mavspiral.frames import GeoPoint, LocalFrame
 
 __all__ = ["JournalWriter", "JournaledFlight", "read_journal", "whole_n"]
@@ -44,6 +46,7 @@ class JournaledFlight:
         begin: what was told at its beginning (`JournalWriter.begin`).
         place: the vehicle's origin and the legs; None if it ended before the vehicle's place was known.
         rows: of the log, `(n, 19)`.
+        pictures: that were taken.
         end: how it ended; None if nobody lived to write it.
     """
 
@@ -51,6 +54,7 @@ class JournaledFlight:
     place: dict[str, Any] | None
     rows: FloatArray
     events: tuple[Event, ...]
+    pictures: tuple[Picture, ...]
     end: dict[str, Any] | None
 
     def log(self, frame: LocalFrame) -> FlightLog | None:
@@ -71,6 +75,7 @@ class JournalWriter:
     def __init__(self, write: Callable[[bytes], object]) -> None:
         self._write = write
         self._rows_n = 0
+        self._pictures_n = 0
         self._placed = False
 
     def begin(self, facts: dict[str, Any]) -> None:
@@ -91,6 +96,10 @@ class JournalWriter:
             )
         for event in step.events:
             self._json(b"E", event)
+        pictures = session.pictures[self._pictures_n :]
+        if pictures:
+            self._pictures_n += len(pictures)
+            self._json(b"S", [astuple(picture) for picture in pictures])
         rows = session.rows_since(self._rows_n)
         if rows:
             self._rows_n += len(rows) // (8 * ROW_N)
@@ -128,22 +137,25 @@ def read_journal(path: Path) -> tuple[JournaledFlight, ...]:
     end: dict[str, Any] | None = None
     rows: list[bytes] = []
     events: list[Event] = []
+    pictures: list[Picture] = []
 
     def close() -> None:
         if begin is not None:
             table = np.frombuffer(b"".join(rows), dtype="<f8").reshape(-1, ROW_N)
-            flights.append(JournaledFlight(begin, place, table, tuple(events), end))
+            flights.append(JournaledFlight(begin, place, table, tuple(events), tuple(pictures), end))
 
     for kind, body in _records(data):
         if kind == b"B":
             close()
-            begin, place, end, rows, events = json.loads(body), None, None, [], []
+            begin, place, end, rows, events, pictures = json.loads(body), None, None, [], [], []
         elif kind == b"P":
             place = json.loads(body)
         elif kind == b"R":
             rows.append(body)
         elif kind == b"E":
             events.append(Event(*json.loads(body)))
+        elif kind == b"S":
+            pictures += (Picture(*fields) for fields in json.loads(body))
         elif kind == b"Z":
             end = json.loads(body)
     close()

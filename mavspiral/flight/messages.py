@@ -18,6 +18,7 @@ __all__ = [
     "ExtendedSysState",
     "GlobalPosition",
     "Heartbeat",
+    "ImageCaptured",
     "LandedState",
     "LocalPosition",
     "Message",
@@ -55,6 +56,7 @@ class MessageId(IntEnum):
     HOME_POSITION = 242
     EXTENDED_SYS_STATE = 245
     STATUSTEXT = 253
+    CAMERA_IMAGE_CAPTURED = 263
 
 
 class Command(IntEnum):
@@ -62,9 +64,14 @@ class Command(IntEnum):
 
     NAV_TAKEOFF = 22
     DO_SET_MODE = 176
+    DO_DIGICAM_CONTROL = 203
+    DO_MOUNT_CONTROL = 205
+    DO_SET_CAM_TRIGG_DIST = 206
     COMPONENT_ARM_DISARM = 400
     SET_MESSAGE_INTERVAL = 511
     REQUEST_MESSAGE = 512
+    DO_GIMBAL_MANAGER_PITCHYAW = 1000
+    IMAGE_START_CAPTURE = 2000
 
 
 class Result(IntEnum):
@@ -195,6 +202,14 @@ class CommandAck(NamedTuple):
     result: int
 
 
+class ImageCaptured(NamedTuple):
+    """CAMERA_IMAGE_CAPTURED: the picture's number, and whether there is one."""
+
+    time_boot_ms: int
+    image_index: int
+    taken: bool
+
+
 class AutopilotVersion(NamedTuple):
     """AUTOPILOT_VERSION."""
 
@@ -233,6 +248,7 @@ Message = (
     | SysStatus
     | ExtendedSysState
     | CommandAck
+    | ImageCaptured
     | AutopilotVersion
     | StatusText
     | ParamValue

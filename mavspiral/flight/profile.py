@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from mavspiral.flight.messages import TypeMask
+from mavspiral.flight.messages import Command, TypeMask
 
 __all__ = ["Mode", "Profile"]
 
@@ -28,6 +28,7 @@ class Profile:
         follow: the mode in which it follows setpoints.
         climb: the modes that it goes through in a commanded take-off.
         arm_in: the mode that it must be in to be armed for this; None where any will do.
+        gimbal: the command that tilts the camera to so many degrees, up is positive.
         telemetry_hz: the streams that the session lives on, by message id; all others are switched off.
         kept: messages that are answers or notices, never switched off.
         quiet: streams that begin only in flight, switched off beforehand.
@@ -55,6 +56,7 @@ class Profile:
     go_home: Mode
     climb: tuple[Mode, ...]
     arm_in: Mode | None
+    gimbal: Callable[[float], tuple[Command, tuple[float, ...]]]
     other_modes: tuple[Mode, ...]
     telemetry_hz: Mapping[int, float]
     kept: frozenset[int]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from mavspiral.flight.messages import MessageId, TypeMask
+from mavspiral.flight.messages import Command, MessageId, TypeMask
 from mavspiral.flight.profile import Mode, Profile
 
 __all__ = ["PX4"]
@@ -27,6 +27,11 @@ def _takeoff_params(alt_amsl_m: float, _height_home_m: float) -> tuple[float, ..
     return (0.0, 0.0, 0.0, math.nan, math.nan, math.nan, alt_amsl_m)
 
 
+def _gimbal(pitch_deg: float) -> tuple[Command, tuple[float, ...]]:
+    """Yaw 0 is the vehicle's own; rates are left to the gimbal."""
+    return Command.DO_GIMBAL_MANAGER_PITCHYAW, (pitch_deg, 0.0, math.nan, math.nan)
+
+
 PX4 = Profile(
     name="PX4",
     autopilot=12,
@@ -36,9 +41,8 @@ PX4 = Profile(
     land=_mode("AUTO.LAND", _AUTO, 6),
     go_home=_mode("AUTO.RTL", _AUTO, 5),
     climb=(_mode("AUTO.TAKEOFF", _AUTO, 2), _mode("AUTO.LOITER", _AUTO, 3)),
-    arm_in=_mode(
-        "AUTO.LOITER", _AUTO, 3
-    ),  # after a loss in OFFBOARD it lands in that mode, and will not arm in it
+    arm_in=None,
+    gimbal=_gimbal,
     other_modes=(
         _mode("MANUAL", 1),
         _mode("ALTCTL", 2),
@@ -60,6 +64,7 @@ PX4 = Profile(
             MessageId.MISSION_CURRENT,  # no stream: PX4 goes on sending it whatever one asks
             MessageId.GPS_GLOBAL_ORIGIN,
             MessageId.COMMAND_ACK,
+            MessageId.CAMERA_IMAGE_CAPTURED,
             MessageId.AUTOPILOT_VERSION,
             MessageId.STATUSTEXT,
         }

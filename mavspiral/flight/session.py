@@ -20,6 +20,7 @@ from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.px4 import PX4
 from mavspiral.flight.schedule import Schedule, StreamFigures
+from mavspiral.flight.shutter import Picture, ShotOrders, Shutter
 from mavspiral.flight.signing import Signer
 from mavspiral.flight.situation import Route, Situation, WayHome
 from mavspiral.flight.streamer import Streamer
@@ -43,6 +44,7 @@ class Session:
         config: what may be told.
         way_home: gives the way back from anywhere on the flight; without it a flight that is given up lands there.
         profile: the autopilot's ways.
+        shots: what camera and gimbal are told; without it nothing.
         tap: is handed every whole frame with its time, both directions (`TlogWriter.write`).
         signer: for a link whose both ends sign.
     """
@@ -55,6 +57,7 @@ class Session:
         *,
         way_home: WayHome | None = None,
         profile: Profile = PX4,
+        shots: ShotOrders | None = None,
         tap: Callable[[int, bytes], None] | None = None,
         signer: Signer | None = None,
     ) -> None:
@@ -65,6 +68,7 @@ class Session:
         self._s = Situation(route, way_home, frame, config, profile, link, TelemetryRequest(profile))
         self._row = COURSE[State.CONNECT]
         self._streamer = Streamer(self._s)
+        self._shutter = None if shots is None else Shutter(self._s, shots)
         self._heartbeats = Schedule(_HEARTBEAT_US)
         self._origin_requests = Schedule(_ORIGIN_AGAIN_US)
         self._begun = False
@@ -95,6 +99,8 @@ class Session:
             self._turn()
         if self._streamer.schedule.take(now_us) and s.to_vehicle is not None and self._row.modes is not None:
             self._out.append(self._streamer.tick(streams=self._streams, moves=self._row.moves))
+            if self._shutter is not None and self.outcome is None:
+                self._out.append(self._shutter.tick())
         if self._heartbeats.take(now_us):
             self._out.append(s.link.heartbeat())
         send = b"".join(self._out)
@@ -119,6 +125,16 @@ class Session:
     def trajectory(self) -> Trajectory | None:
         """What is flown, once home is known."""
         return self._s.trajectory
+
+    @property
+    def pictures(self) -> tuple[Picture, ...]:
+        """Those that camera or vehicle said were taken, in their order."""
+        return () if self._shutter is None else tuple(self._shutter.pictures)
+
+    @property
+    def missed_shots(self) -> tuple[int, ...]:
+        """The shots, from 0 on the flight's own, that were commanded and never taken."""
+        return () if self._shutter is None else self._shutter.missed
 
     @property
     def origin(self) -> Origin | None:
@@ -181,6 +197,8 @@ class Session:
                 s.link.vehicle = message.system_id, message.component_id
             self._heard_us = s.now_us
             s.vehicle.note(message)
+            if self._shutter is not None:
+                self._shutter.heard(message)
             if isinstance(message, StatusText):
                 s.tell("warning" if message.severity <= _WARNING else "info", f"vehicle: {message.text}")
         local = s.vehicle.local

@@ -192,3 +192,13 @@ def test_the_way_home_from_anywhere_on_the_torre_keeps_clear_of_it(planned):
         assert np.allclose(states.position_enu_m[0], here)
         assert np.allclose(states.position_enu_m[-1], above_home)
         assert solids.distance_m(states.position_enu_m).min() >= inspection.clearance_required_m - 1e-9
+
+
+@pytest.mark.parametrize("trigger", ["digicam", "distance", "none"])
+def test_the_vehicle_shoots_by_every_trigger_and_sees_the_walls(planned, trigger):
+    kiosk = planned("kiosk")
+    camera = kiosk.mission.camera.model_copy(update={"trigger": trigger})
+    flight = simulate(replace(kiosk, mission=kiosk.mission.model_copy(update={"camera": camera})), seed=3)
+    assert flight.outcome.ok
+    assert flight.coverage.walls > 0.99
+    assert len(flight.shots) >= len(kiosk.shots) - 1
