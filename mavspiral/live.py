@@ -41,13 +41,15 @@ def fly(
     rate_hz: float = 50.0,
     folder: Path | None = None,
     resume: bool = False,
+    set_failsafes: bool = False,
     signing_key: bytes | None = None,
     on_event: Callable[[Event], None] = lambda event: None,
 ) -> LiveFlight:
     """The mission streamed to the vehicle at `url`, from connecting to disarming. It arms and flies: nobody is asked.
 
     Where one battery does not last, the first sortie is flown. With a `folder`, NAME.journal and NAME.tlog in it grow as it
-    flies, and `resume` goes on where the flights in that journal ended.
+    flies, and `resume` goes on where the flights in that journal ended. `set_failsafes` sets the vehicle's parameters for the
+    loss of the link before the flight, and puts them back after it.
     With a `signing_key` (32 bytes, `read_key`) both ends sign, and what is not signed is refused and counted.
 
     Raises:
@@ -76,7 +78,12 @@ def fly(
         session = Session(
             lambda home_enu_m: inspection.route_from(home_enu_m, sortie),
             inspection.site.heights.frame,
-            SessionConfig(dry_run=dry_run, rate_hz=rate_hz, safe_height_enu_m=inspection.safe_height_enu_m),
+            SessionConfig(
+                dry_run=dry_run,
+                rate_hz=rate_hz,
+                safe_height_enu_m=inspection.safe_height_enu_m,
+                set_failsafes=set_failsafes,
+            ),
             way_home=inspection.way_home,
             shots=inspection.shot_orders(sortie),
             tap=TlogWriter(recording.packets, time.time_ns() // 1000).write,

@@ -131,6 +131,7 @@ def checked(s: Situation) -> bool:
         s.reference.extremes(),
         battery_min_pct=s.config.battery_min_pct,
         safe_return_m=s.config.safe_height_enu_m - float(home_enu_m[2]),
+        sets_failsafes=s.config.set_failsafes,
     )
     for severity, text in findings:
         if severity == "warning":

@@ -126,6 +126,12 @@ class Link:
             mavlink.MAVLink_param_request_read_message(*self._addressee, name.encode("ascii"), -1)
         )
 
+    def parameter_set(self, name: str, raw: float, param_type: int) -> bytes:
+        """A PARAM_SET."""
+        return self._pack(
+            mavlink.MAVLink_param_set_message(*self._addressee, name.encode("ascii"), raw, param_type)
+        )
+
     def setpoint(self, time_boot_ms: int, target: Target, *, type_mask: int, coordinate_frame: int) -> bytes:
         """A SET_POSITION_TARGET_LOCAL_NED, packed straight from the dialect's own format."""
         payload = _SETPOINT.unpacker.pack(

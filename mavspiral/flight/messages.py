@@ -31,6 +31,7 @@ __all__ = [
     "SystemStatus",
     "Target",
     "TypeMask",
+    "raw_of",
 ]
 
 Triple = tuple[float, float, float]
@@ -253,5 +254,15 @@ Message = (
     | StatusText
     | ParamValue
 )
+
+
+def raw_of(number: float, param_type: int, *, bytewise: bool) -> float:
+    """What PARAM_SET must carry for `number`: the way back from `ParamValue.number`."""
+    code = _INTEGER_CODES.get(param_type)
+    if code is None or not bytewise:
+        return number
+    raw: float = struct.unpack("<f", struct.pack(code, int(number)).ljust(4, b"\0"))[0]
+    return raw
+
 
 _INTEGER_CODES = {1: "<B", 2: "<b", 3: "<H", 4: "<h", 5: "<I", 6: "<i"}  # MAV_PARAM_TYPE_*

@@ -44,6 +44,8 @@ class Profile:
         loss_actions: the values of `loss_action` in words.
         safe_loss_actions: those that need no pilot.
         return_height: parameter that says at which height above home its own Return flies.
+        failsafes: what each parameter that makes a lost link safe must be, from what it is and the height
+            above home, in metres, over which a straight way home is free.
         damping: parameter that says what share of its measured acceleration it takes off again.
     """
 
@@ -73,12 +75,24 @@ class Profile:
     loss_actions: Mapping[int, str]
     safe_loss_actions: frozenset[int]
     return_height: str
+    failsafes: Mapping[str, Callable[[float, float], float]]
     damping: str
 
     @property
     def parameters(self) -> tuple[str, ...]:
         """The parameters that the session reads before it arms."""
-        return (self.loss_timeout, self.loss_action, *self.speed_parameters, self.return_height, self.damping)
+        return (
+            self.loss_timeout,
+            self.loss_action,
+            *self.speed_parameters,
+            self.return_height,
+            self.damping,
+            *(
+                name
+                for name in self.failsafes
+                if name not in (self.loss_timeout, self.loss_action, self.return_height)
+            ),
+        )
 
     def mode_name(self, custom_mode: int) -> str:
         """The mode in words."""

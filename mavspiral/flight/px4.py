@@ -17,6 +17,10 @@ __all__ = ["PX4"]
 
 _CUSTOM_MODE_ENABLED = 1
 _AUTO = 4
+_RETURN = 3
+_NEEDS_NOBODY = frozenset({3, 4, 5})
+_EXCEPT_OFFBOARD = 4  # a bit of COM_RCL_EXCEPT: no pilot's sticks are missed in OFFBOARD
+_LOSS_S = 1.0
 
 
 def _mode(name: str, main: int, sub: int = 0) -> Mode:
@@ -95,7 +99,13 @@ PX4 = Profile(
         6: "Terminate",
         7: "Disarm",
     },
-    safe_loss_actions=frozenset({3, 4, 5}),
+    safe_loss_actions=_NEEDS_NOBODY,
     return_height="RTL_RETURN_ALT",
+    failsafes={
+        "COM_OF_LOSS_T": lambda now_s, _: min(now_s, _LOSS_S),
+        "COM_OBL_RC_ACT": lambda now, _: now if now in _NEEDS_NOBODY else _RETURN,
+        "COM_RCL_EXCEPT": lambda now, _: int(now) | _EXCEPT_OFFBOARD,
+        "RTL_RETURN_ALT": lambda now_m, safe_m: max(now_m, float(math.ceil(safe_m))),
+    },
     damping="MPC_XY_VEL_D_ACC",
 )

@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 from mavspiral.errors import LimitError, LinkError, MavspiralError
 from mavspiral.flight.course import COURSE, Late, Row
+from mavspiral.flight.failsafes import left_as_set
 from mavspiral.flight.flight_log import Event, FlightLog
 from mavspiral.flight.link import Link
 from mavspiral.flight.messages import Command, Heartbeat, Message, MessageId, Origin, StatusText, SystemStatus
@@ -264,7 +265,9 @@ class Session:
 
     def _stop(self) -> None:
         self._stop_asked = False
-        if self._row.modes is None:
+        if self.state is State.RESTORE:
+            self._enter(State.OVER)
+        elif self._row.modes is None:
             self._conclude("stopped before take-off")
         elif self.state in (State.TAKEOFF, State.PRESTREAM, State.OFFBOARD):
             self._give_up("stopped by the user; landing", State.LAND)
@@ -321,6 +324,7 @@ class Session:
             self._conclude("dry run: all but arming went well", 0)
             return
         if state is State.OVER:
+            self.state = State.LAND  # where the flight ended
             self._conclude(
                 f"landed, disarmed ({self._failure})" if self._failure else "flown, landed, disarmed",
                 1 if self._failure else 0,
@@ -343,6 +347,8 @@ class Session:
 
     def _conclude(self, reason: str, exit_code: int = 1) -> None:
         self._s.tell("error" if exit_code else "info", reason)
+        if (left := left_as_set(self._s)) is not None:
+            self._s.tell("warning", left)
         if self.state is State.ARM and exit_code and self._s.link.vehicle is not None:
             self._out.append(self._s.link.command(Command.COMPONENT_ARM_DISARM, 0.0))  # it may yet obey
         self.outcome = Outcome(exit_code == 0, self.state, reason, exit_code)

@@ -9,7 +9,11 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
+from pymavlink import mavutil
+
 from mavspiral.flight.journal import read_journal
+from mavspiral.survey.solids import Solids
 
 ROOT = Path(__file__).parents[2]
 FLIES_S = 200.0
@@ -87,3 +91,32 @@ def test_killed_in_mid_inspection_it_resumes_and_every_wall_is_seen(start_vehicl
     assert 0.0 < second.begin["begin_s"] < second.begin["end_s"] and second.end["ok"]
     for number in ("", ".1"):
         assert (tmp_path / f"kiosk{number}.flight.npz").stat().st_size > 10_000
+
+
+def test_a_hung_process_leaves_the_vehicle_to_its_own_failsafe_and_clear_of_the_building(
+    start_vehicle, planned, tmp_path
+):
+    vehicle = start_vehicle("--speedup", "6")
+    listener = mavutil.mavlink_connection(f"udpin:127.0.0.1:{vehicle.gcs_port}", source_system=255)
+    flying = Flying(vehicle, tmp_path, "--set-failsafes")
+    flying.wait_for("leg inspection")
+    time.sleep(2.0)
+    flying.process.send_signal(signal.SIGSTOP)
+    places, until = [], time.monotonic() + FLIES_S
+    while sum("disarm" in line.lower() for line in vehicle.lines) < 1 and time.monotonic() < until:
+        message = listener.recv_match(type="GLOBAL_POSITION_INT", blocking=True, timeout=1.0)
+        if message is not None:
+            places.append((message.lat / 1e7, message.lon / 1e7, message.alt / 1e3))
+    flying.process.send_signal(signal.SIGCONT)
+    code, _ = flying.end()
+    listener.close()
+    assert any("failsafe" in line.lower() for line in vehicle.lines), vehicle.lines
+    inspection = planned("kiosk")
+    heights = inspection.site.heights
+    flown_enu_m = heights.frame.to_enu(*np.array(places).T)
+    assert flown_enu_m[:, 2].max() > inspection.safe_height_enu_m - 1.0, "it returned above the building"
+    assert Solids.of_map(heights).distance_m(flown_enu_m).min() > inspection.mission.vehicle.radius_m + 1.0
+    assert np.linalg.norm(flown_enu_m[-1] - inspection.home_enu_m) < 3.0
+    assert code != 0
+    armed_n = sum("Armed by" in line for line in vehicle.lines)
+    assert armed_n == 1, "awake again, it does not fly on"
