@@ -17,11 +17,12 @@ from mavspiral.errors import InputError, LimitError
 from mavspiral.flight.flight_log import TlogWriter
 from mavspiral.flight.outcome import Outcome, SessionConfig
 from mavspiral.flight.session import Session
-from mavspiral.flown import Flight
+from mavspiral.flown import Flight, one_after_the_other
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
 from mavspiral.mission import Mission
 from mavspiral.planner import Inspection, plan
 from mavspiral.progress import captured_shots
+from mavspiral.sorties import Sortie
 from mavspiral.survey.solids import Solids
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
@@ -45,6 +46,9 @@ WITNESS_US = 20_000
 """The truth is written down as often as the session writes its log, and at the same moments."""
 
 ABOVE_HOME_M = 1.0
+SEEDS_APART = 1_000_003
+"""From sortie to sortie: another vehicle, as it were, with senses of its own."""
+
 PATIENCE = 3.0
 """A flight may take this many times its planned duration."""
 
@@ -59,6 +63,7 @@ def simulate(
 ) -> Flight:
     """The mission (or its plan) flown from take-off to landing by the bundled vehicle; same seed, same bits.
 
+    Where one battery does not last, every sortie is flown, each by a vehicle that was just switched on; faults strike the first.
     The vehicle stands at the mission's home; its EKF's origin is neither that place nor the plan's origin.
 
     Raises:
@@ -66,16 +71,29 @@ def simulate(
         LimitError: the plan does not keep its own limits.
     """
     inspection = plan(mission) if isinstance(mission, Mission) else mission
-    mission = inspection.mission
-    simulator = Simulator(_config(inspection, seed, wind_mps, gusts, faults))
+    flights: list[Flight] = []
+    for number, sortie in enumerate(inspection.sorties()):
+        config = _config(inspection, seed + number * SEEDS_APART, wind_mps, gusts, () if number else faults)
+        begins_s = sum(flight.sim_s for flight in flights)
+        flights.append(_flown(inspection, sortie, config, seed, round(1e6 * begins_s)))
+        if not flights[-1].outcome.ok:
+            break
+    return flights[0] if len(flights) == 1 else one_after_the_other(flights)
+
+
+def _flown(
+    inspection: Inspection, sortie: Sortie, config: SimulatorConfig, seed: int, begins_us: int
+) -> Flight:
+    """One sortie, by a vehicle that was just switched on; its packets are dated from `begins_us` on."""
+    simulator = Simulator(config)
     tape = io.BytesIO()
     session = Session(
-        inspection.route_from,
+        lambda home_enu_m: inspection.route_from(home_enu_m, sortie),
         inspection.site.heights.frame,
         SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
         way_home=inspection.way_home,
-        shots=inspection.shot_orders(inspection.sorties()[0]),
-        tap=TlogWriter(tape.write, TLOG_EPOCH_US).write,
+        shots=inspection.shot_orders(sortie),
+        tap=TlogWriter(tape.write, TLOG_EPOCH_US + begins_us).write,
     )
     witness = _Witness(simulator)
     limit_us = round(1e6 * (PATIENCE * inspection.trajectory.duration_s + 300.0))
@@ -92,7 +110,9 @@ def simulate(
         now_us = step.next_due_us
     wall_s = time.perf_counter() - begin_s
     outcome = session.outcome or Outcome(False, session.state, f"not over after {now_us / 1e6:.0f} s", 1)
-    return _measured(inspection, session, outcome, witness, tape.getvalue(), seed, now_us / 1e6, wall_s)
+    return _measured(
+        inspection, sortie, session, outcome, witness, tape.getvalue(), seed, now_us / 1e6, wall_s
+    )
 
 
 def _config(
@@ -163,6 +183,7 @@ class _Witness:
 
 def _measured(
     inspection: Inspection,
+    sortie: Sortie,
     session: Session,
     outcome: Outcome,
     witness: _Witness,
@@ -183,10 +204,12 @@ def _measured(
     yaw_enu_rad = np.unwrap(yaw_ned_to_enu(seen["yaw_ned_rad"][at]))
     log = log.with_truth(position_enu_m[at], seen["velocity_ned_mps"][at] @ to_home.R_ned_enu, yaw_enu_rad)
     if inspection.mission.camera.trigger == "none":
-        shots = inspection.flown_shots(session.trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad)
+        shots = inspection.flown_shots(
+            session.trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad, sortie
+        )
     else:
         since_s = log.path_t_s - session.trajectory.span_s("inspection")[0]
-        pitch_rad = inspection.pitch_on(inspection.sorties()[0], since_s)
+        pitch_rad = inspection.pitch_on(sortie, since_s)
         shots = captured_shots(log, session.pictures, position_enu_m[at], yaw_enu_rad, pitch_rad)
     inspecting = log.on_leg("inspection")
     tracking_m = np.sqrt(((position_enu_m[at] - log.reference_position_enu_m)[inspecting] ** 2).sum(axis=1))

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mavspiral.arrays import FloatArray
-from mavspiral.flight.flight_log import Event, FlightLog
+from mavspiral.flight.flight_log import Event, FlightLog, joined
 from mavspiral.flight.outcome import Outcome
 from mavspiral.flight.schedule import StreamFigures
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection
-from mavspiral.progress import DONE_S
+from mavspiral.progress import DONE_S, together
 from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.shots import Shots
 
-__all__ = ["Flight", "LiveFlight"]
+__all__ = ["Flight", "LiveFlight", "one_after_the_other"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,6 +112,42 @@ class Flight:
             "passed": self.passed,
             "failures": list(self.failures),
         }
+
+
+def one_after_the_other(flights: Sequence[Flight]) -> Flight:
+    """The sorties of an inspection as one flight: figures over all of them, the battery of the one that used most.
+
+    `trajectory` is the first one's, and so are the path times of its rows alone.
+    """
+    first, last = flights[0], flights[-1]
+    begins_s = [sum(flight.sim_s for flight in flights[:number]) for number in range(len(flights))]
+    sim_s, wall_s = sum(flight.sim_s for flight in flights), sum(flight.wall_s for flight in flights)
+    sent_n = sum(flight.stream.sent_n for flight in flights)
+    shots = together(tuple(flight.shots for flight in flights))
+    return replace(
+        first,
+        outcome=last.outcome,
+        log=joined([flight.log for flight in flights], [round(1e6 * begin_s) for begin_s in begins_s]),
+        tlog=b"".join(flight.tlog for flight in flights),
+        sim_s=sim_s,
+        wall_s=wall_s,
+        rtf=sum(flight.rtf * flight.wall_s for flight in flights) / wall_s,
+        stream=StreamFigures(
+            sent_n,
+            sum(flight.stream.rate_hz * flight.stream.sent_n for flight in flights) / sent_n,
+            max(flight.stream.worst_gap_s for flight in flights),
+        ),
+        clearance_t_s=np.concatenate(
+            [flight.clearance_t_s + begin_s for flight, begin_s in zip(flights, begins_s, strict=True)]
+        ),
+        shots=shots,
+        coverage=first.inspection.coverage_from(shots),
+        battery_used=max(flight.battery_used for flight in flights),
+        tracking_m=np.concatenate([flight.tracking_m for flight in flights]),
+        clearance_m=np.concatenate([flight.clearance_m for flight in flights]),
+        estimate_error_m=np.concatenate([flight.estimate_error_m for flight in flights]),
+        nees=np.concatenate([flight.nees for flight in flights]),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

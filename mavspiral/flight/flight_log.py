@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -18,7 +18,7 @@ from mavspiral.flight.vehicle import Vehicle
 from mavspiral.frames import RigidMap, yaw_ned_to_enu
 from mavspiral.motion.trajectory import belongs
 
-__all__ = ["ROW_N", "Event", "FlightLog", "Recorder", "TlogWriter", "log_of_rows"]
+__all__ = ["ROW_N", "Event", "FlightLog", "Recorder", "TlogWriter", "joined", "log_of_rows"]
 
 NO_LEG = -1
 ROW_N = 19
@@ -98,6 +98,25 @@ class FlightLog:
             Event(int(t), str(s), str(text)) for t, s, text in columns.pop("events").reshape(-1, 3)
         )
         return cls(legs, events, **columns)
+
+
+def joined(logs: Sequence[FlightLog], begins_us: Sequence[int]) -> FlightLog:
+    """Flights in a row as one log; each began at `begins_us` of the clock that is common then. Legs are not merged."""
+    columns: dict[str, list[np.ndarray]] = {}
+    legs: tuple[str, ...] = ()
+    events: tuple[Event, ...] = ()
+    for log, begin_us in zip(logs, begins_us, strict=True):
+        for column in fields(log)[2:]:
+            values = getattr(log, column.name)
+            if column.name == "t_us":
+                values = values + begin_us
+            elif column.name == "leg":
+                values = np.where(values == NO_LEG, NO_LEG, values + len(legs))
+            if values is not None:
+                columns.setdefault(column.name, []).append(values)
+        legs += log.legs
+        events += tuple(event._replace(t_us=event.t_us + begin_us) for event in log.events)
+    return FlightLog(legs, events, **{name: np.concatenate(parts) for name, parts in columns.items()})
 
 
 class Recorder:

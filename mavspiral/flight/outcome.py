@@ -48,6 +48,7 @@ class SessionConfig:
         rate_hz: of the setpoints.
         governor: when path time slows down; its reserve also bounds how far the origin may move.
         battery_min_pct: below it the vehicle is not armed.
+        battery_reserve_pct: the inspection ends when less would be left after the way home.
         join_max_m: farther than this from the first point after take-off, it lands instead of joining.
         follow_within_s: how long the vehicle may stay too far off its path before it is landed where it is.
         safe_height_enu_m: the height in the plan's ENU above which nothing stands in a straight way home.
@@ -59,6 +60,7 @@ class SessionConfig:
     rate_hz: float = 50.0
     governor: GovernorLimits = field(default_factory=GovernorLimits)
     battery_min_pct: float = 30.0
+    battery_reserve_pct: float = 7.0
     join_max_m: float = 5.0
     follow_within_s: float = 20.0
     safe_height_enu_m: float = -math.inf

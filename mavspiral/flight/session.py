@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 from mavspiral.errors import LimitError, LinkError, MavspiralError
 from mavspiral.flight.course import COURSE, Late, Row
+from mavspiral.flight.energy import Battery
 from mavspiral.flight.failsafes import left_as_set
 from mavspiral.flight.flight_log import Event, FlightLog
 from mavspiral.flight.link import Link
@@ -72,6 +73,8 @@ class Session:
         self._shutter = None if shots is None else Shutter(self._s, shots)
         self._heartbeats = Schedule(_HEARTBEAT_US)
         self._origin_requests = Schedule(_ORIGIN_AGAIN_US)
+        self._battery_looks = Schedule(_HEARTBEAT_US)
+        self._battery = Battery()
         self._begun = False
         self._out: list[bytes] = []
         self._told_n = 0
@@ -181,7 +184,12 @@ class Session:
     def _begin(self) -> None:
         self._begun = True
         now_us = self._heard_us = self._s.now_us
-        for schedule in (self._streamer.schedule, self._heartbeats, self._origin_requests):
+        for schedule in (
+            self._streamer.schedule,
+            self._heartbeats,
+            self._origin_requests,
+            self._battery_looks,
+        ):
             schedule.start(now_us)
         self._enter(State.CONNECT)
 
@@ -229,6 +237,7 @@ class Session:
             return
         self._watch_origin()
         self._watch_following()
+        self._watch_battery()
 
     def _watch_origin(self) -> None:
         s = self._s
@@ -262,6 +271,14 @@ class Session:
             )
             waited_s = s.config.follow_within_s
             self._give_up(f"the vehicle {why} for {waited_s:.0f} s; landing it there", State.LAND)
+
+    def _watch_battery(self) -> None:
+        """Once a second, and only as long as there is inspection left to give up."""
+        s = self._s
+        if self.state is not State.STREAM or s.trajectory is None or not self._battery_looks.take(s.now_us):
+            return
+        if s.path_t_s < s.trajectory.span_s("inspection")[1] and (why := self._battery.time_to_return(s)):
+            self._give_up(f"{why}; flying home", State.BRAKE)
 
     def _stop(self) -> None:
         self._stop_asked = False
