@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import gc
 import importlib
+import os
 import re
 import select
 import signal
@@ -30,6 +32,7 @@ _DATAGRAM_N = 1400
 _DIAL_S = 10.0
 _PEER_SILENT_S = 3.0
 _BAUD = 57600
+_PRIORITY = 10  # of SCHED_FIFO, 1 to 99
 _MAGICS = (b"\xfd", b"\xfe")  # how a datagram of MAVLink begins: a stranger's words open no conversation
 _EXAMPLES = (
     "udpin://0.0.0.0:14540, udpout://192.168.1.2:14580, tcp://127.0.0.1:5760, serial:///dev/ttyACM0:57600"
@@ -94,7 +97,7 @@ def drive(
     """
     received = b""
     told: Exception | None = None
-    with _interrupts(session.stop):
+    with _interrupts(session.stop), _punctual():
         while session.outcome is None:
             step = session.step(now_us(), received)
             try:
@@ -110,6 +113,27 @@ def drive(
     if told is not None and not isinstance(told, OSError):
         raise told
     return session.outcome
+
+
+@contextlib.contextmanager
+def _punctual() -> Iterator[None]:
+    """Within, no garbage of earlier work is looked through, and, where the system lets us, we go before other programs.
+
+    A full collection after planning takes a tenth of a second, five setpoints. The priority is this thread's alone.
+    """
+    gc.collect()
+    gc.freeze()
+    before = None
+    with contextlib.suppress(OSError, AttributeError):  # not allowed, or not on this system
+        before = os.sched_getscheduler(0), os.sched_getparam(0)
+        os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(_PRIORITY))
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+        if before is not None:
+            with contextlib.suppress(OSError):
+                os.sched_setscheduler(0, *before)
 
 
 @contextlib.contextmanager

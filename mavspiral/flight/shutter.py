@@ -1,7 +1,8 @@
 """Camera and gimbal while streaming: each shot and each tilt commanded at its time along the path.
 
-A shot by `camera` is numbered, and commanded again under the same number until the camera says that it has taken it
-or accepts it, so that a lost packet costs no picture and makes no second one. One by `digicam` cannot be numbered and
+A shot by `camera` is numbered, and commanded again under the same number until its picture is told or the next is due,
+so that a lost packet costs no picture and makes no second one. The camera numbers its pictures too: a gap in what is
+told of them is a picture that was taken and whose telling was lost. A shot by `digicam` cannot be numbered and
 is commanded once. By `distance` the vehicle itself shoots, from the first shot to the last. With `none` the camera
 runs by itself, and nothing is counted.
 """
@@ -25,6 +26,7 @@ CAMERA_ID = 100
 
 _AGAIN_US = 200_000
 _TRIES_N = 4
+_UNTOLD_S = 1.5
 _EARLY_S = 0.05  # a picture's time may be a frame before that of its command, as we read the vehicle's clock
 _TILT_EVERY_US = 200_000
 _TILT_DEG = 0.5
@@ -64,6 +66,7 @@ class _Order:
     vehicle_s: float
     again_us: int
     tries_n: int = 1
+    accepted: bool = False
 
 
 class Shutter:
@@ -83,7 +86,7 @@ class Shutter:
         self._due_s: list[float] = []
         self._pitches_deg: list[float] = []
         self._open: list[_Order] = []
-        self._seen: set[int] = set()
+        self._newest: int | None = None
         self._runs = False
         self._answered = True
         self._tells_due_us = 0
@@ -127,33 +130,36 @@ class Shutter:
     def heard(self, message: Message) -> None:
         """Take in what the camera or the vehicle has answered."""
         if isinstance(message, ImageCaptured):
-            if message.taken and message.image_index not in self._seen:
-                self._seen.add(message.image_index)
-                self._taken(message.time_boot_ms * 1e-3)
+            if message.taken and (self._newest is None or message.image_index > self._newest):
+                unheard_n = 0 if self._newest is None else message.image_index - self._newest - 1
+                self._newest = message.image_index
+                self._taken(message.time_boot_ms * 1e-3, unheard_n)
         elif isinstance(message, CommandAck):
             if message.command == Command.IMAGE_START_CAPTURE and message.result == Result.ACCEPTED:
-                for order in self._open[-1:]:
-                    self._done(order, order.vehicle_s)
+                for order in [order for order in self._open if not order.accepted][:1]:
+                    order.accepted = True
             elif message.command == Command.DO_SET_CAM_TRIGG_DIST:
                 self._answered = True
             elif message.command == self._s.profile.gimbal(0.0)[0]:
                 self._tilted = True
 
-    def _taken(self, vehicle_s: float) -> None:
+    def _taken(self, vehicle_s: float, unheard_n: int) -> None:
+        """A picture was taken then, and `unheard_n` others since the last that was told."""
         if self._orders.trigger == "distance":
             self.pictures.append(Picture(-1, vehicle_s))
             return
         before = [order for order in self._open if order.vehicle_s <= vehicle_s + _EARLY_S]
-        if before:
-            self._done(before[-1], vehicle_s)
-        elif self.pictures:  # its command was accepted already: the picture itself knows better when
-            last = self.pictures[-1]
-            if abs(last.vehicle_s - vehicle_s) < _TRIES_N * _AGAIN_US * 1e-6:
-                self.pictures[-1] = Picture(last.shot, vehicle_s)
-
-    def _done(self, order: _Order, vehicle_s: float) -> None:
-        self._open.remove(order)
-        self.pictures.append(Picture(order.shot, vehicle_s))
+        if not before:
+            return
+        *earlier, this = before
+        for order in earlier:
+            self._open.remove(order)
+            if order.accepted or order in earlier[len(earlier) - unheard_n :]:
+                self.pictures.append(Picture(order.shot, order.vehicle_s))
+            else:
+                self._s.tell("warning", f"shot {order.shot + 1} was not taken")
+        self._open.remove(this)
+        self.pictures.append(Picture(this.shot, vehicle_s))
 
     def _shoot(self, shot: int) -> bytes:
         s = self._s
@@ -161,18 +167,25 @@ class Shutter:
         return self._commanded(shot)
 
     def _again(self) -> bytes:
-        told = b""
+        if self._orders.trigger == "digicam" or not self._open:
+            return b""
+        self._settle()
+        if not self._open:
+            return b""
+        newest = self._open[-1]
+        if self._s.now_us < newest.again_us or newest.tries_n >= _TRIES_N:
+            return b""
+        newest.tries_n += 1
+        newest.again_us = self._s.now_us + _AGAIN_US
+        return self._commanded(newest.shot)
+
+    def _settle(self) -> None:
+        """A shot that was accepted long ago was taken, though nobody told: we know when it was commanded."""
+        now_s = self._s.clock.at(self._s.now_us) * 1e-6
         for order in tuple(self._open):
-            if self._s.now_us < order.again_us:
-                continue
-            if self._orders.trigger == "digicam" or order.tries_n >= _TRIES_N:
+            if order.accepted and now_s - order.vehicle_s > _UNTOLD_S:
                 self._open.remove(order)
-                self._s.tell("warning", f"shot {order.shot + 1} was not taken")
-                continue
-            order.tries_n += 1
-            order.again_us = self._s.now_us + _AGAIN_US
-            told += self._commanded(order.shot)
-        return told
+                self.pictures.append(Picture(order.shot, order.vehicle_s))
 
     def _commanded(self, shot: int) -> bytes:
         if self._orders.trigger == "digicam":
