@@ -49,12 +49,12 @@ class Progress:
 
 
 def progress_of(inspection: Inspection, path: Path) -> Progress:
-    """What the flights in the journal at `path` have done of `inspection` since it was last begun afresh.
+    """What the flights in the journal at `path` have done of `inspection` since one last took off to begin it afresh.
 
     Raises:
         InputError: there is no journal, it is of another plan, or nothing is left to fly.
     """
-    journaled = read_journal(path)
+    journaled = [flight for flight in read_journal(path) if len(flight.rows)]  # the others never took off
     afresh = [i for i, flight in enumerate(journaled) if not flight.begin["resumes"]]
     chain = journaled[afresh[-1] :] if afresh else journaled
     done_s, logs, shots = 0.0, list[FlightLog](), list[Shots]()

@@ -55,6 +55,13 @@ def test_a_fresh_beginning_counts_alone(planned, tmp_path):
     assert progress.flights_n == 1 and progress.done_s == pytest.approx(5.0, abs=0.03)
 
 
+def test_a_fresh_beginning_that_never_took_off_does_not_count(planned, tmp_path):
+    kiosk = planned("kiosk")
+    journal(tmp_path / "j", kiosk, 20.0)
+    journal(tmp_path / "j", kiosk, 0.0)
+    assert progress_of(kiosk, tmp_path / "j").done_s == pytest.approx(20.0, abs=0.03)
+
+
 def test_a_changed_mission_refuses_to_resume(planned, tmp_path):
     journal(tmp_path / "j", planned("asilo"), 20.0)
     with pytest.raises(InputError, match="holds flights of another plan") as refusal:
