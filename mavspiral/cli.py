@@ -135,6 +135,15 @@ def fly(
     signing: Annotated[
         Path | None, typer.Option("--signing", help="A key file: sign all, and refuse what is not signed.")
     ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on where the flights in NAME.journal ended.")
+    ] = False,
+    set_failsafes: Annotated[
+        bool,
+        typer.Option(
+            "--set-failsafes", help="Set what the vehicle does without a link, for this flight; else warn."
+        ),
+    ] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before flying.")] = False,
     out: Out = None,
     as_json: Json = False,
@@ -163,6 +172,9 @@ def fly(
         dry_run=dry_run,
         rate_hz=rate,
         signing_key=key,
+        folder=folder,
+        resume=resume,
+        set_failsafes=set_failsafes,
         on_event=_quiet if as_json else _say,
     )
     summary = flight.summary()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import math
 import time
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -20,11 +21,13 @@ from mavspiral.flight.flight_log import TlogWriter
 from mavspiral.flight.outcome import Outcome, SessionConfig
 from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
-from mavspiral.flown import Flight, log_along, shots_at
+from mavspiral.flown import Flight, log_along, one_after_the_other, pictures_along
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
 from mavspiral.handover import inspection_documents, inspection_missions
 from mavspiral.mission import Mission
 from mavspiral.planner import Inspection, plan
+from mavspiral.progress import captured_shots
+from mavspiral.sorties import Sortie
 from mavspiral.survey.solids import Solids
 from mavspiral.uploads import mission_lists
 from sitl.airframe import load_airframe
@@ -49,6 +52,9 @@ WITNESS_US = 20_000
 """The truth is written down as often as the session writes its log, and at the same moments."""
 
 ABOVE_HOME_M = 1.0
+SEEDS_APART = 1_000_003
+"""From sortie to sortie: another vehicle, as it were, with senses of its own."""
+
 Via = Literal["stream", "mission"]
 """How the vehicle is told where to fly."""
 
@@ -68,7 +74,7 @@ def simulate(
     """The mission (or its plan) flown from take-off to landing by the bundled vehicle; same seed, same bits.
 
     Streamed setpoint by setpoint, or `via` the exported mission, which the vehicle is given and flies in AUTO.
-
+    Where one battery does not last, every sortie is flown, each by a vehicle that was just switched on; faults strike the first.
     The vehicle stands at the mission's home; its EKF's origin is neither that place nor the plan's origin.
 
     Raises:
@@ -76,27 +82,23 @@ def simulate(
         LimitError: the plan does not keep its own limits.
     """
     inspection = plan(mission) if isinstance(mission, Mission) else mission
-    mission = inspection.mission
-    simulator = Simulator(_config(inspection, seed, wind_mps, gusts, faults))
+    flights: list[Flight] = []
+    for number, sortie in enumerate(inspection.sorties()):
+        config = _config(inspection, seed + number * SEEDS_APART, wind_mps, gusts, () if number else faults)
+        begins_s = sum(flight.sim_s for flight in flights)
+        flights.append(_flown(inspection, sortie, via, config, seed, round(1e6 * begins_s)))
+        if not flights[-1].outcome.ok:
+            break
+    return flights[0] if len(flights) == 1 else one_after_the_other(flights)
+
+
+def _flown(
+    inspection: Inspection, sortie: Sortie, via: Via, config: SimulatorConfig, seed: int, begins_us: int
+) -> Flight:
+    """One sortie, by a vehicle that was just switched on; its packets are dated from `begins_us` on."""
+    simulator = Simulator(config)
     tape = io.BytesIO()
-    tap = TlogWriter(tape, TLOG_EPOCH_US).write
-    session: Session | AutoFlight
-    if via == "stream":
-        session = Session(
-            inspection.route_from,
-            inspection.site.heights.frame,
-            SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
-            way_home=inspection.way_home,
-            tap=tap,
-        )
-    else:
-        documents = inspection_documents(inspection, inspection_missions(inspection))
-        if len(documents) > 1:
-            raise InputError(
-                f"{mission.name}: as a mission it takes {len(documents)} sorties, and one flight is simulated. "
-                "Fix: larger [vehicle] max_items or endurance_s"
-            )
-        session = AutoFlight(mission_lists(documents[0]), tap=tap)
+    session = _session(inspection, sortie, via, TlogWriter(tape.write, TLOG_EPOCH_US + begins_us).write)
     witness = _Witness(simulator)
     limit_us = round(1e6 * (PATIENCE[via] * inspection.trajectory.duration_s + 300.0))
     now_us, to_vehicle = 0, b""
@@ -112,7 +114,31 @@ def simulate(
         now_us = step.next_due_us
     wall_s = time.perf_counter() - begin_s
     outcome = session.outcome or Outcome(False, session.state, f"not over after {now_us / 1e6:.0f} s", 1)
-    return _measured(inspection, session, outcome, witness, tape.getvalue(), seed, now_us / 1e6, wall_s)
+    return _measured(
+        inspection, sortie, session, outcome, witness, tape.getvalue(), seed, now_us / 1e6, wall_s
+    )
+
+
+def _session(
+    inspection: Inspection, sortie: Sortie, via: Via, tap: Callable[[int, bytes], None]
+) -> Session | AutoFlight:
+    """Who flies the vehicle: we by a stream, or it by itself with the exported mission."""
+    if via == "stream":
+        return Session(
+            lambda home_enu_m: inspection.route_from(home_enu_m, sortie),
+            inspection.site.heights.frame,
+            SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
+            way_home=inspection.way_home,
+            shots=inspection.shot_orders(sortie),
+            tap=tap,
+        )
+    documents = inspection_documents(inspection, inspection_missions(inspection))
+    if len(documents) > 1:
+        raise InputError(
+            f"{inspection.mission.name}: as a mission it takes {len(documents)} sorties, and one flight is simulated. "
+            "Fix: larger [vehicle] max_items or endurance_s"
+        )
+    return AutoFlight(mission_lists(documents[0]), tap=tap)
 
 
 def _config(
@@ -183,6 +209,7 @@ class _Witness:
 
 def _measured(
     inspection: Inspection,
+    sortie: Sortie,
     session: Session | AutoFlight,
     outcome: Outcome,
     witness: _Witness,
@@ -208,10 +235,14 @@ def _measured(
     log = log.with_truth(position_enu_m[at], seen["velocity_ned_mps"][at] @ to_home.R_ned_enu, yaw_enu_rad)
     if isinstance(session, AutoFlight):
         log = log_along(log, trajectory)
-        captured_s = np.array([picture.time_boot_ms / 1e3 for picture in session.captured])
-        shots = shots_at(log, captured_s, trajectory)
+        captured_s = np.array([picture.time_boot_ms / 1e3 for picture in session.captured if picture.taken])
+        shots = pictures_along(log, captured_s, trajectory)
+    elif inspection.mission.camera.trigger == "none":
+        shots = inspection.flown_shots(trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad, sortie)
     else:
-        shots = inspection.flown_shots(trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad)
+        since_s = log.path_t_s - trajectory.span_s("inspection")[0]
+        pitch_rad = inspection.pitch_on(sortie, since_s)
+        shots = captured_shots(log, session.pictures, position_enu_m[at], yaw_enu_rad, pitch_rad)
     inspecting = log.on_leg("inspection")
     tracking_m = np.sqrt(((position_enu_m[at] - log.reference_position_enu_m)[inspecting] ** 2).sum(axis=1))
     believed_enu_m = _believed_map(inspection, witness.simulator).position_enu_m(seen["believed_ned_m"][at])

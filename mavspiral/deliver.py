@@ -124,15 +124,22 @@ def _flight_picture(flight: Flight, path: Path, summary: dict[str, Any]) -> Path
 
 
 def write_live(flight: LiveFlight, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
-    """The files of a real flight by kind: tlog, npz (when it came off the ground) and json."""
+    """The files of a real flight by kind: what grew as it flew, npz (when it came off the ground), geotags and json.
+
+    Each earlier flight that it went on from gets its log too, from the journal, as NAME.1.flight.npz and so on.
+    """
     name = flight.inspection.mission.name
-    names = {
-        "tlog": str(write_bytes(folder / f"{name}.tlog", flight.tlog)),
-        "fly_json": str(folder / f"{name}.fly.json"),
-    }
+    names = {**flight.files, "fly_json": str(folder / f"{name}.fly.json")}
     if flight.log is not None:
         names["npz"] = str(folder / f"{name}.flight.npz")
         flight.log.save(Path(names["npz"]))
+    if flight.shots is not None and len(flight.shots):
+        names["geotags"] = str(folder / f"{name}.geotags.csv")
+        frame = flight.inspection.site.heights.frame
+        write_text(Path(names["geotags"]), photos_csv(flight.shots, frame))
+    for number, log in enumerate(flight.earlier, start=1):
+        names[f"npz_{number}"] = str(folder / f"{name}.{number}.flight.npz")
+        log.save(Path(names[f"npz_{number}"]))
     write_json(Path(names["fly_json"]), {**summary, "files": names})
     return names
 

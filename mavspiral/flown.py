@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mavspiral.arrays import FloatArray
-from mavspiral.flight.flight_log import Event, FlightLog
+from mavspiral.flight.flight_log import Event, FlightLog, joined
 from mavspiral.flight.outcome import Outcome
 from mavspiral.flight.schedule import StreamFigures
 from mavspiral.motion.nearest import path_times_s
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection
+from mavspiral.progress import DONE_S, together
 from mavspiral.survey.coverage import Coverage
-from mavspiral.survey.shots import Shots
+from mavspiral.survey.shots import Shots, shots_at
 
-__all__ = ["Flight", "LiveFlight", "log_along", "shots_at"]
+__all__ = ["Flight", "LiveFlight", "log_along", "one_after_the_other", "pictures_along"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,10 +116,49 @@ class Flight:
         }
 
 
+def one_after_the_other(flights: Sequence[Flight]) -> Flight:
+    """The sorties of an inspection as one flight: figures over all of them, the battery of the one that used most.
+
+    `trajectory` is the first one's, and so are the path times of its rows alone.
+    """
+    first, last = flights[0], flights[-1]
+    begins_s = [sum(flight.sim_s for flight in flights[:number]) for number in range(len(flights))]
+    sim_s, wall_s = sum(flight.sim_s for flight in flights), sum(flight.wall_s for flight in flights)
+    sent_n = sum(flight.stream.sent_n for flight in flights)
+    shots = together(tuple(flight.shots for flight in flights))
+    return replace(
+        first,
+        outcome=last.outcome,
+        log=joined([flight.log for flight in flights], [round(1e6 * begin_s) for begin_s in begins_s]),
+        tlog=b"".join(flight.tlog for flight in flights),
+        sim_s=sim_s,
+        wall_s=wall_s,
+        rtf=sum(flight.rtf * flight.wall_s for flight in flights) / wall_s,
+        stream=StreamFigures(
+            sent_n,
+            sum(flight.stream.rate_hz * flight.stream.sent_n for flight in flights) / sent_n,
+            max(flight.stream.worst_gap_s for flight in flights),
+        ),
+        clearance_t_s=np.concatenate(
+            [flight.clearance_t_s + begin_s for flight, begin_s in zip(flights, begins_s, strict=True)]
+        ),
+        shots=shots,
+        coverage=first.inspection.coverage_from(shots),
+        battery_used=max(flight.battery_used for flight in flights),
+        tracking_m=np.concatenate([flight.tracking_m for flight in flights]),
+        clearance_m=np.concatenate([flight.clearance_m for flight in flights]),
+        estimate_error_m=np.concatenate([flight.estimate_error_m for flight in flights]),
+        nees=np.concatenate([flight.nees for flight in flights]),
+    )
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class LiveFlight:
     """A flight on a vehicle whose truth nobody knows: what was measured is against its own estimate.
 
+    Coverage and `inspected_s`, to where of the inspection's own time it came, are of the `earlier` flights too that it went
+    on from; `sorties_left_n` counts what was left before it, itself among them.
+    `shots` are all that were taken, `pictures_n` those of this flight; `missed_shots` were commanded and never taken.
     `refused_n` frames were not signed with our key, or had come before; None on a link that is not signed.
     """
 
@@ -125,13 +166,29 @@ class LiveFlight:
     outcome: Outcome
     events: tuple[Event, ...]
     log: FlightLog | None
-    tlog: bytes
+    files: dict[str, str]
+    troubles: tuple[str, ...]
     duration_s: float
     stream: StreamFigures
     tracking_m: FloatArray
     clearance_m: FloatArray
     coverage: Coverage | None
+    flights_n: int
+    sorties_left_n: int
+    inspected_s: float
+    earlier: tuple[FlightLog, ...]
+    shots: Shots | None
+    pictures_n: int
+    missed_shots: tuple[int, ...]
     refused_n: int | None = None
+
+    @property
+    def _left(self) -> tuple[str, ...]:
+        """What is left to fly, in words."""
+        if self.log is None or self.inspected_s >= self.inspection.duration_s - DONE_S:
+            return ()
+        done = f"inspected to {self.inspected_s:.0f} of {self.inspection.duration_s:.0f} s"
+        return (f"{done}; with a full battery, `mavspiral fly … --resume` goes on there",)
 
     def summary(self) -> dict[str, Any]:
         """The figures of `fly --json`, named as `simulate` names them; `source` says whose word they are."""
@@ -146,6 +203,13 @@ class LiveFlight:
             "coverage": {
                 kind: self.coverage.summary()[kind] if self.coverage else None for kind in ("walls", "roof")
             },
+            "inspected": {
+                "flights": self.flights_n,
+                "sorties_left": self.sorties_left_n,
+                "done_s": round(self.inspected_s, 2),
+                "of_s": round(self.inspection.duration_s, 2),
+            },
+            "shots": {"taken": self.pictures_n, "missed": [shot + 1 for shot in self.missed_shots]},
             "setpoints": {
                 "sent": self.stream.sent_n,
                 "rate_hz": round(self.stream.rate_hz, 2),
@@ -157,6 +221,7 @@ class LiveFlight:
             ],
             "passed": self.outcome.ok,
             "failures": [] if self.outcome.ok else [self.outcome.reason],
+            "warnings": [*self.troubles, *self._left],
         }
 
 
@@ -176,14 +241,16 @@ def log_along(log: FlightLog, trajectory: Trajectory) -> FlightLog:
     )
 
 
-def shots_at(log: FlightLog, vehicle_s: FloatArray, trajectory: Trajectory) -> Shots:
+def pictures_along(log: FlightLog, vehicle_s: FloatArray, trajectory: Trajectory) -> Shots:
     """The pictures taken at those times of the vehicle's clock, from where it truly was; pitch as planned for the place."""
     assert log.truth_position_enu_m is not None and log.truth_yaw_enu_rad is not None
     logged = (vehicle_s >= log.vehicle_s[0]) & (vehicle_s <= log.vehicle_s[-1]) if len(log.vehicle_s) else []
-    at_s = vehicle_s[logged]
-    columns = (*log.truth_position_enu_m.T, log.truth_yaw_enu_rad, log.path_t_s)
-    east, north, up, yaw, path_t_s = (np.interp(at_s, log.vehicle_s, column) for column in columns)
-    return Shots(path_t_s, np.column_stack([east, north, up]), yaw, trajectory(path_t_s).gimbal_pitch_rad)
+    path_t_s = np.interp(vehicle_s[logged], log.vehicle_s, log.path_t_s)
+    pitch_rad = trajectory(log.path_t_s).gimbal_pitch_rad
+    posed = shots_at(
+        vehicle_s[logged], log.vehicle_s, log.truth_position_enu_m, log.truth_yaw_enu_rad, pitch_rad
+    )
+    return replace(posed, t_s=path_t_s)
 
 
 def _spread(errors_m: FloatArray) -> dict[str, float | None]:

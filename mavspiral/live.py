@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import io
+import contextlib
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +13,17 @@ from numpy.typing import NDArray
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
+from mavspiral.flight.journal import JournalWriter
 from mavspiral.flight.outcome import SessionConfig, Step
 from mavspiral.flight.realtime import drive, open_transport
 from mavspiral.flight.session import Session
 from mavspiral.flight.signing import Signer
 from mavspiral.flown import LiveFlight
 from mavspiral.mission import Mission
-from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection, plan
-from mavspiral.survey.coverage import Coverage
+from mavspiral.progress import Progress, estimated_shots, inspected_s, progress_of, together
+from mavspiral.recording import Recording
+from mavspiral.sorties import overlapping_s
 from mavspiral.survey.solids import Solids
 
 __all__ = ["fly"]
@@ -36,15 +39,21 @@ def fly(
     *,
     dry_run: bool = False,
     rate_hz: float = 50.0,
+    folder: Path | None = None,
+    resume: bool = False,
+    set_failsafes: bool = False,
     signing_key: bytes | None = None,
     on_event: Callable[[Event], None] = lambda event: None,
 ) -> LiveFlight:
     """The mission streamed to the vehicle at `url`, from connecting to disarming. It arms and flies: nobody is asked.
 
+    Where one battery does not last, the first sortie is flown. With a `folder`, NAME.journal and NAME.tlog in it grow as it
+    flies, and `resume` goes on where the flights in that journal ended. `set_failsafes` sets the vehicle's parameters for the
+    loss of the link before the flight, and puts them back after it.
     With a `signing_key` (32 bytes, `read_key`) both ends sign, and what is not signed is refused and counted.
 
     Raises:
-        InputError: the URL cannot be read, or its port is taken.
+        InputError: the URL cannot be read, or its port is taken; or there is nothing that could be resumed.
         LimitError: the plan does not keep its own limits.
         LinkError: nobody listens at a TCP address.
     """
@@ -55,48 +64,88 @@ def fly(
             f"[vehicle] autopilot = {autopilot!r}: only PX4 can be streamed to yet. "
             "Fix: `mavspiral plan` writes a .plan and a .waypoints for it"
         )
-    transport = open_transport(url)
-    tape = io.BytesIO()
+    name = inspection.mission.name
+    if resume and folder is None:
+        raise InputError(f"{name}: nothing says where its journal is. Fix: give its folder")
+    before = progress_of(inspection, folder / f"{name}.journal") if resume and folder else Progress()
+    sorties = inspection.sorties(overlapping_s(inspection.shots_s, before.done_s) if resume else 0.0)
+    sortie = sorties[0]
     begin_us = time.monotonic_ns() // 1000
     signer = (
         None if signing_key is None else Signer(signing_key, (time.time_ns() - SIGNING_EPOCH_NS) // 10_000)
     )
-    session = Session(
-        inspection.route_from,
-        inspection.site.heights.frame,
-        SessionConfig(dry_run=dry_run, rate_hz=rate_hz, safe_height_enu_m=inspection.safe_height_enu_m),
-        way_home=inspection.way_home,
-        tap=TlogWriter(tape, time.time_ns() // 1000).write,
-        signer=signer,
-    )
-
-    def told(_: Session, step: Step) -> None:
-        for event in step.events:
-            on_event(event)
-
-    try:
-        outcome = drive(
-            session,
-            transport,
-            told,
-            now_us=lambda: time.monotonic_ns() // 1000 - begin_us,
+    with contextlib.closing(open_transport(url)) as transport, Recording(folder, name) as recording:
+        session = Session(
+            lambda home_enu_m: inspection.route_from(home_enu_m, sortie),
+            inspection.site.heights.frame,
+            SessionConfig(
+                dry_run=dry_run,
+                rate_hz=rate_hz,
+                safe_height_enu_m=inspection.safe_height_enu_m,
+                set_failsafes=set_failsafes,
+            ),
+            way_home=inspection.way_home,
+            shots=inspection.shot_orders(sortie),
+            tap=TlogWriter(recording.packets, time.time_ns() // 1000).write,
+            signer=signer,
         )
-    finally:
-        transport.close()
+        journal = JournalWriter(recording.journal)
+        if not dry_run:
+            journal.begin(
+                {
+                    "name": name,
+                    "digest": inspection.digest,
+                    "resumes": resume,
+                    "begin_s": sortie.begin_s,
+                    "end_s": sortie.end_s,
+                    "unix_us": time.time_ns() // 1000,
+                }
+            )
+
+        def told(_: Session, step: Step) -> None:
+            if not dry_run:
+                journal.note(session, step)
+            for event in step.events:
+                on_event(event)
+
+        try:
+            outcome = drive(
+                session,
+                transport,
+                told,
+                now_us=lambda: time.monotonic_ns() // 1000 - begin_us,
+            )
+        finally:
+            if not dry_run:
+                journal.end(session)
     duration_s = (time.monotonic_ns() // 1000 - begin_us) / 1e6
     log = session.log() if session.trajectory is not None else None
     tracking_m, clearance_m = _measured(inspection, log)
+    shots = before.shots
+    done_s = before.done_s
+    if log is not None and session.trajectory is not None:
+        begins_s = session.trajectory.span_s("inspection")[0]
+        shots = (*shots, estimated_shots(inspection, sortie, log, begins_s, session.pictures))
+        done_s = max(done_s, inspected_s(log, sortie, begins_s))
     return LiveFlight(
         inspection,
         outcome,
         session.events,
         log,
-        tape.getvalue(),
+        recording.files,
+        recording.troubles,
         duration_s,
         session.figures,
         tracking_m,
         clearance_m,
-        _coverage(inspection, session.trajectory, log),
+        inspection.coverage_from(together(shots)) if shots else None,
+        before.flights_n + 1,
+        len(sorties),
+        done_s,
+        before.logs,
+        together(shots) if shots else None,
+        len(session.pictures),
+        session.missed_shots,
         None if signer is None else signer.refused_n,
     )
 
@@ -120,17 +169,3 @@ def _fresh(log: FlightLog) -> NDArray[np.bool_]:
     changed = np.append(True, np.any(np.diff(log.estimate_position_enu_m, axis=0) != 0.0, axis=1))
     since = np.maximum.accumulate(np.where(changed, rows, 0))
     return np.asarray((log.t_us - log.t_us[since]) < STALE_US)
-
-
-def _coverage(inspection: Inspection, route: Trajectory | None, log: FlightLog | None) -> Coverage | None:
-    """What the planned shots show from where the vehicle believed to be; None for a flight that never began."""
-    if route is None or log is None:
-        return None
-    known = np.isfinite(log.estimate_position_enu_m).all(axis=1) & np.isfinite(log.estimate_yaw_enu_rad)
-    shots = inspection.flown_shots(
-        route,
-        log.path_t_s[known],
-        log.estimate_position_enu_m[known],
-        np.unwrap(log.estimate_yaw_enu_rad[known]),
-    )
-    return inspection.coverage_from(shots)

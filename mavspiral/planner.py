@@ -24,16 +24,22 @@ from mavspiral.brief import (
     pace_of,
     with_keepouts,
 )
+from mavspiral.curve import Path
 from mavspiral.errors import LimitError
+from mavspiral.flight.shutter import ShotOrders
 from mavspiral.mission import Mission
+from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
+from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import Leg, Trajectory, TrajectoryState
+from mavspiral.motion.turn import Gaze
 from mavspiral.obstacle import nearest_obstacle
 from mavspiral.passes import Pass, flown_in_order, tour_of
 from mavspiral.pieces import pieces_of
 from mavspiral.route import route_of, ways_of
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.readers import read_site
+from mavspiral.sorties import Sortie, digest_of, plan_sorties, shots_on, stretch
 from mavspiral.survey.certificate import (
     STRAIGHT_ON,
     Certificate,
@@ -75,26 +81,102 @@ class Inspection:
     warnings: tuple[str, ...]
     planning_ms: dict[str, float]
 
-    def route_from(self, home_enu_m: FloatArray) -> Trajectory:
-        """The same inspection flown from another home, `(3,)` in the plan's ENU.
+    def route_from(self, home_enu_m: FloatArray, sortie: Sortie | None = None) -> Trajectory:
+        """The same inspection, or a sortie of it, flown from another home, `(3,)` in the plan's ENU.
 
         Raises:
             InputError: that home is in or at a wall.
             LimitError: no way from there to the first pass and back keeps the clearance.
         """
+        legs = self.tour if sortie is None else sortie.legs
         ways = ways_of(self.mission, self.site, self.clearance_required_m)
-        return route_of(self.site, self.tour, home_enu_m, ways)
+        return route_of(self.site, legs, home_enu_m, ways)
+
+    @property
+    def shots_s(self) -> FloatArray:
+        """When the shots are due, `(n,)` of the inspection's own time, which begins with it."""
+        due_s: FloatArray = self.shots.t_s - self.trajectory.span_s("inspection")[0]
+        return due_s
+
+    @property
+    def duration_s(self) -> float:
+        """How long the inspection takes as planned in one go, without the ways to it and back."""
+        begin_s, end_s = self.trajectory.span_s("inspection")
+        return end_s - begin_s
+
+    @property
+    def digest(self) -> str:
+        """Which inspection this is: another if it leads elsewhere, wherever its home is."""
+        return digest_of(self.tour, self.shots_s)
+
+    def sorties(self, begin_s: float = 0.0) -> tuple[Sortie, ...]:
+        """The flights, each of one battery, that fly the inspection from `begin_s` of its own time to its end.
+
+        Raises:
+            LimitError: no battery lasts for the way there and back and some shots.
+        """
+        legs = self.tour
+
+        def flight_s(sortie: Sortie) -> float:
+            whole = sortie.legs == legs
+            return (self.trajectory if whole else self.route_from(self.home_enu_m, sortie)).duration_s
+
+        return plan_sorties(
+            legs,
+            self.shots_s,
+            endurance_s=self.mission.vehicle.endurance_s,
+            flight_s=flight_s,
+            retime=self._retimed,
+            begin_s=begin_s,
+        )
+
+    def sortie(self, begin_s: float, end_s: float) -> Sortie:
+        """The stretch of the inspection from `begin_s` to `end_s` of its own time."""
+        return stretch(self.tour, begin_s, end_s, self._retimed)
+
+    def shot_orders(self, sortie: Sortie) -> ShotOrders:
+        """What camera and gimbal are told on a sortie."""
+        camera, asked = self.mission.camera, self.mission.inspection
+        return ShotOrders(
+            camera.trigger,
+            camera_of(self.mission).shot_spacing_m(asked.standoff_m, asked.side_overlap),
+            camera.gimbal,
+            lambda route: shots_on(sortie, self.shots_s, route),
+        )
+
+    def pitch_on(self, sortie: Sortie, since_s: FloatArray) -> FloatArray:
+        """The camera's planned pitch `since_s` after the inspection of a sortie began; level off it (NaN too)."""
+        planned_s = sortie.inspection_s(since_s)
+        on_it = np.isfinite(planned_s)
+        pitch_rad = np.zeros(len(planned_s))
+        pitch_rad[on_it] = self.trajectory(
+            planned_s[on_it] + self.trajectory.span_s("inspection")[0]
+        ).gimbal_pitch_rad
+        return pitch_rad
+
+    def _retimed(self, path: Path, gaze: Gaze) -> TimeLaw:
+        """The law of a cut leg."""
+        limits = pace_of(self.mission, camera_of(self.mission), limits_of(self.mission))
+        return fastest_law(path, gaze, limits)
 
     def flown_shots(
-        self, route: Trajectory, path_t_s: FloatArray, position_enu_m: FloatArray, yaw_enu_rad: FloatArray
+        self,
+        route: Trajectory,
+        path_t_s: FloatArray,
+        position_enu_m: FloatArray,
+        yaw_enu_rad: FloatArray,
+        sortie: Sortie | None = None,
     ) -> Shots:
         """The planned shots from where a vehicle was when it came to them.
 
-        `route` is what was flown. Its rows are poses at path times on it, NaN off it. Its way to the first pass
-        begins where the vehicle stood, so that the passes have other path times than planned.
+        `route` is what was flown, of `sortie` if not the whole inspection. Its rows are poses at path times on it, NaN
+        off it. Its way to the spiral begins where the vehicle stood, so that the spiral has other path times than planned.
         """
-        later_s = route.span_s("inspection")[0] - self.trajectory.span_s("inspection")[0]
-        return flown_shots(self.shots, path_t_s - later_s, position_enu_m, yaw_enu_rad)
+        since_s = path_t_s - route.span_s("inspection")[0]
+        if sortie is not None:
+            since_s = sortie.inspection_s(since_s)
+        planned_s = since_s + self.trajectory.span_s("inspection")[0]
+        return flown_shots(self.shots, planned_s, position_enu_m, yaw_enu_rad)
 
     def coverage_from(self, shots: Shots) -> Coverage:
         """What other shots than the planned ones show of the building."""
@@ -140,7 +222,7 @@ class Inspection:
             "clearance_required_m": round(self.clearance_required_m, 3),
             "clearance_budget": budget_of(self.mission).summary(self.mission.limits.clearance_m),
             "photos": len(self.shots),
-            "sorties": None,
+            "sorties": len(self.sorties()),
             "coverage": self.coverage.summary(),
             "planning_ms": {stage: round(ms, 2) for stage, ms in self.planning_ms.items()},
             "failsafe": None,
@@ -187,11 +269,6 @@ def plan(mission: Mission) -> Inspection:
         clearance = measuring.result()
     certificate = _certificate(mission, states, clearance, limits, required_m)
     watch.lap("certificate")
-    if trajectory.duration_s > mission.vehicle.endurance_s:
-        raise LimitError(
-            f"{mission.name}: the flight takes {trajectory.duration_s:.0f} s, [vehicle] endurance_s = "
-            f"{mission.vehicle.endurance_s:g}. Fix: a larger standoff_m, a smaller band (bottom_m, top_m), or another battery"
-        )
     if not certificate.ok:
         raise LimitError(
             f"{mission.name}: the plan fails its limits: {'; '.join(_failures(mission, site, trajectory, certificate))}. "
@@ -214,7 +291,7 @@ def plan(mission: Mission) -> Inspection:
         roofs=mission.inspection.roof,
     )
     watch.lap("coverage")
-    return Inspection(
+    inspection = Inspection(
         mission,
         site,
         passes,
@@ -229,6 +306,8 @@ def plan(mission: Mission) -> Inspection:
         (*mission.notices, *site_map.warnings, *found.told, *unseen),
         watch.laps_ms,
     )
+    inspection.sorties()  # refuses what no battery can fly
+    return inspection
 
 
 def _certificate(

@@ -15,9 +15,10 @@ cli
 deliver
 closedloop live
 flown handover uploads
+progress recording
 show planner
 pieces route
-passes
+passes sorties
 order transit obstacle
 brief
 export flight

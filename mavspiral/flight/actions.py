@@ -131,6 +131,7 @@ def checked(s: Situation) -> bool:
         s.reference.extremes(),
         battery_min_pct=s.config.battery_min_pct,
         safe_return_m=s.config.safe_height_enu_m - float(home_enu_m[2]),
+        sets_failsafes=s.config.set_failsafes,
     )
     for severity, text in findings:
         if severity == "warning":
@@ -153,7 +154,14 @@ def armed(s: Situation) -> bool:
 
 
 def ask_arm(s: Situation) -> bytes:
-    """Ask it to arm."""
+    """Ask it to arm, in the mode that this takes."""
+    arm_in = s.profile.arm_in
+    if arm_in is None and s.vehicle.mode == s.profile.follow.custom_mode:
+        arm_in = s.profile.climb[
+            -1
+        ]  # it landed by its failsafe, is in that mode still, and will not arm in it
+    if arm_in is not None and s.vehicle.mode != arm_in.custom_mode:
+        return s.link.command(Command.DO_SET_MODE, *arm_in.command)
     return s.link.command(Command.COMPONENT_ARM_DISARM, 1.0)
 
 

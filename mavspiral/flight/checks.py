@@ -18,14 +18,19 @@ _LONG_LOSS_S = 3.0
 
 
 def check_before_arming(
-    vehicle: Vehicle, profile: Profile, extremes: Extremes, *, battery_min_pct: float, safe_return_m: float
+    vehicle: Vehicle,
+    profile: Profile,
+    extremes: Extremes,
+    *,
+    battery_min_pct: float,
+    safe_return_m: float,
+    sets_failsafes: bool,
 ) -> list[Finding]:
     """What stands against the flight ("error") and what the pilot should know ("warning")."""
     return [
         *_state(vehicle, battery_min_pct),
         *_speeds(vehicle, profile, extremes),
-        *_loss(vehicle, profile),
-        *_return(vehicle, profile, safe_return_m),
+        *(() if sets_failsafes else (*_loss(vehicle, profile), *_return(vehicle, profile, safe_return_m))),
     ]
 
 

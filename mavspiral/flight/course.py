@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
 
-from mavspiral.flight import actions
+from mavspiral.flight import actions, failsafes
 from mavspiral.flight.messages import Command
 from mavspiral.flight.outcome import State
 from mavspiral.flight.profile import Mode, Profile
@@ -101,7 +101,15 @@ COURSE: Mapping[State, Row] = {
         words=_say("the vehicle knows no position: no local origin in 60 s; wait for its GPS"),
     ),
     State.ROUTE: Row(actions.routed, State.CHECK),
-    State.CHECK: Row(actions.checked, State.ARM, ask=actions.ask_parameters),
+    State.CHECK: Row(actions.checked, State.FAILSAFES, ask=actions.ask_parameters),
+    State.FAILSAFES: Row(
+        failsafes.are_set,
+        State.ARM,
+        enter=failsafes.prepare,
+        ask=failsafes.ask_set,
+        within_s=10.0,
+        words=_say("the vehicle does not take the parameters that make a lost link safe"),
+    ),
     State.ARM: Row(
         actions.armed,
         State.TAKEOFF,
@@ -155,7 +163,7 @@ COURSE: Mapping[State, Row] = {
     ),
     State.LAND: Row(
         actions.disarmed,
-        State.OVER,
+        State.RESTORE,
         ask=actions.ask_mode(lambda p: p.land),
         within_s=600.0,
         late=Late.GIVE_UP,
@@ -163,5 +171,13 @@ COURSE: Mapping[State, Row] = {
         modes=lambda p: (p.land,),
         streams=True,
         may_disarm=True,
+    ),
+    State.RESTORE: Row(
+        failsafes.are_restored,
+        State.OVER,
+        ask=failsafes.ask_restored,
+        within_s=10.0,
+        late=Late.GO_ON,
+        words=_say("the vehicle does not take its parameters back"),
     ),
 }

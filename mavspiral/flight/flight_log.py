@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +18,12 @@ from mavspiral.flight.vehicle import Vehicle
 from mavspiral.frames import RigidMap, yaw_ned_to_enu
 from mavspiral.motion.trajectory import belongs
 
-__all__ = ["Event", "FlightLog", "Recorder", "TlogWriter"]
+__all__ = ["ROW_N", "Event", "FlightLog", "Recorder", "TlogWriter", "joined", "log_of_rows"]
 
 NO_LEG = -1
-_ROW_N = 19
+ROW_N = 19
+"""Numbers in a row of `Recorder`: two clocks, leg, pace (2), the reference's and the estimate's position, velocity, yaw."""
+
 _NOTHING = (np.nan,) * 7
 
 
@@ -97,6 +100,25 @@ class FlightLog:
         return cls(legs, events, **columns)
 
 
+def joined(logs: Sequence[FlightLog], begins_us: Sequence[int]) -> FlightLog:
+    """Flights in a row as one log; each began at `begins_us` of the clock that is common then. Legs are not merged."""
+    columns: dict[str, list[np.ndarray]] = {}
+    legs: tuple[str, ...] = ()
+    events: tuple[Event, ...] = ()
+    for log, begin_us in zip(logs, begins_us, strict=True):
+        for column in fields(log)[2:]:
+            values = getattr(log, column.name)
+            if column.name == "t_us":
+                values = values + begin_us
+            elif column.name == "leg":
+                values = np.where(values == NO_LEG, NO_LEG, values + len(legs))
+            if values is not None:
+                columns.setdefault(column.name, []).append(values)
+        legs += log.legs
+        events += tuple(event._replace(t_us=event.t_us + begin_us) for event in log.events)
+    return FlightLog(legs, events, **{name: np.concatenate(parts) for name, parts in columns.items()})
+
+
 class Recorder:
     """Takes rows as they happen, in the vehicle's frame, at about a microsecond each."""
 
@@ -119,40 +141,50 @@ class Recorder:
         self._rows.extend((now_us, vehicle_us, leg, *pace, *wanted))
         self._rows.extend((*vehicle.position_ned_m, *vehicle.velocity_ned_mps, vehicle.yaw_ned_rad))
 
+    def since(self, row: int) -> bytes:
+        """The rows from number `row` on, as little-endian doubles on the machines that we know."""
+        return self._rows[row * ROW_N :].tobytes()
+
     def log(self, to_vehicle: RigidMap, legs: tuple[str, ...], events: tuple[Event, ...]) -> FlightLog:
         """All rows so far, in the frame that `to_vehicle` comes from."""
-        rows = np.array(self._rows).reshape(-1, _ROW_N)
-        back = to_vehicle.R_ned_enu
-        columns: list[np.ndarray] = [
-            rows[:, 0].astype(np.int64),
-            rows[:, 1] * 1e-6,
-            rows[:, 2].astype(np.int64),
-            rows[:, 3].copy(),
-            rows[:, 4].copy(),
+        return log_of_rows(np.array(self._rows).reshape(-1, ROW_N), to_vehicle, legs, events)
+
+
+def log_of_rows(
+    rows: FloatArray, to_vehicle: RigidMap, legs: tuple[str, ...], events: tuple[Event, ...]
+) -> FlightLog:
+    """The log of a recorder's rows `(n, 19)`, in the frame that `to_vehicle` comes from."""
+    back = to_vehicle.R_ned_enu
+    columns: list[np.ndarray] = [
+        rows[:, 0].astype(np.int64),
+        rows[:, 1] * 1e-6,
+        rows[:, 2].astype(np.int64),
+        rows[:, 3].copy(),
+        rows[:, 4].copy(),
+    ]
+    for first in (5, 12):
+        columns += [
+            to_vehicle.position_enu_m(rows[:, first : first + 3]),
+            rows[:, first + 3 : first + 6] @ back,
+            yaw_ned_to_enu(rows[:, first + 6]),
         ]
-        for first in (5, 12):
-            columns += [
-                to_vehicle.position_enu_m(rows[:, first : first + 3]),
-                rows[:, first + 3 : first + 6] @ back,
-                yaw_ned_to_enu(rows[:, first + 6]),
-            ]
-        for column in columns:
-            column.setflags(write=False)
-        return FlightLog(legs, events, *columns)
+    for column in columns:
+        column.setflags(write=False)
+    return FlightLog(legs, events, *columns)
 
 
 class TlogWriter:
     """Writes whole packets as a .tlog: eight bytes of big-endian microseconds, then the frame.
 
     Args:
-        file: where to, opened for writing bytes.
+        put: takes the bytes, such as a file's `write`.
         epoch_us: what is added to the session's clock to make Unix time.
     """
 
-    def __init__(self, file: BinaryIO, epoch_us: int = 0) -> None:
-        self._file = file
+    def __init__(self, put: Callable[[bytes], object], epoch_us: int = 0) -> None:
+        self._put = put
         self._epoch_us = epoch_us
 
     def write(self, now_us: int, frame: bytes) -> None:
         """Append one packet."""
-        self._file.write((now_us + self._epoch_us).to_bytes(8, "big") + frame)
+        self._put((now_us + self._epoch_us).to_bytes(8, "big") + frame)

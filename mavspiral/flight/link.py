@@ -93,7 +93,11 @@ class Link:
                 if isinstance(value, Heartbeat):
                     messages.append(value)
                 continue
-            if (system_id, component_id) != self.vehicle or self._is_late(seq):
+            if (system_id, component_id) != self.vehicle:
+                if system_id == self.vehicle[0] and isinstance(value, (CommandAck, ImageCaptured)):
+                    messages.append(value)  # its camera's
+                continue
+            if self._is_late(seq):
                 continue
             self.arrivals[message_id] += 1
             if value is not None:
@@ -113,15 +117,23 @@ class Link:
             )
         )
 
-    def command(self, command: Command, *params: float) -> bytes:
-        """A COMMAND_LONG to the vehicle; parameters that are not given are zero."""
+    def command(self, command: Command, *params: float, component: int | None = None) -> bytes:
+        """A COMMAND_LONG to the vehicle or another `component` of it; parameters that are not given are zero."""
         filled = (*params, *(0.0,) * (7 - len(params)))
-        return self._pack(mavlink.MAVLink_command_long_message(*self._addressee, int(command), 0, *filled))
+        system_id, autopilot_id = self._addressee
+        to = system_id, autopilot_id if component is None else component
+        return self._pack(mavlink.MAVLink_command_long_message(*to, int(command), 0, *filled))
 
     def parameter_request(self, name: str) -> bytes:
         """A PARAM_REQUEST_READ by name."""
         return self._pack(
             mavlink.MAVLink_param_request_read_message(*self._addressee, name.encode("ascii"), -1)
+        )
+
+    def parameter_set(self, name: str, raw: float, param_type: int) -> bytes:
+        """A PARAM_SET."""
+        return self._pack(
+            mavlink.MAVLink_param_set_message(*self._addressee, name.encode("ascii"), raw, param_type)
         )
 
     def mission_count(self, count: int, kind: int) -> bytes:
@@ -321,6 +333,7 @@ _RARE: dict[str, Callable[[Any], Message]] = {
     "EXTENDED_SYS_STATE": lambda m: ExtendedSysState(m.landed_state),
     "GPS_GLOBAL_ORIGIN": lambda m: Origin(m.latitude / 1e7, m.longitude / 1e7, m.altitude / 1e3),
     "GLOBAL_POSITION_INT": lambda m: GlobalPosition(m.time_boot_ms, m.lat / 1e7, m.lon / 1e7, m.alt / 1e3),
+    "CAMERA_IMAGE_CAPTURED": lambda m: ImageCaptured(m.time_boot_ms, m.image_index, m.capture_result == 1),
     "COMMAND_ACK": lambda m: CommandAck(m.command, m.result),
     "AUTOPILOT_VERSION": _version,
     "STATUSTEXT": lambda m: StatusText(m.severity, m.text),
@@ -330,7 +343,6 @@ _RARE: dict[str, Callable[[Any], Message]] = {
     "MISSION_REQUEST_INT": lambda m: MissionRequest(m.seq, m.mission_type),
     "MISSION_ITEM_INT": _mission_item,
     "MISSION_ACK": lambda m: MissionAck(m.type, m.mission_type),
-    "CAMERA_IMAGE_CAPTURED": lambda m: ImageCaptured(m.time_boot_ms, m.image_index),
     "LOCAL_POSITION_NED": lambda m: LocalPosition(m.time_boot_ms, m.x, m.y, m.z, m.vx, m.vy, m.vz),
     "ATTITUDE": lambda m: Attitude(
         m.time_boot_ms, m.roll, m.pitch, m.yaw, m.rollspeed, m.pitchspeed, m.yawspeed

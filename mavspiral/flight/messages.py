@@ -37,6 +37,7 @@ __all__ = [
     "SystemStatus",
     "Target",
     "TypeMask",
+    "raw_of",
 ]
 
 Triple = tuple[float, float, float]
@@ -60,9 +61,9 @@ class MessageId(IntEnum):
     POSITION_TARGET_GLOBAL_INT = 87
     AUTOPILOT_VERSION = 148
     HOME_POSITION = 242
-    CAMERA_IMAGE_CAPTURED = 263
     EXTENDED_SYS_STATE = 245
     STATUSTEXT = 253
+    CAMERA_IMAGE_CAPTURED = 263
 
 
 class Command(IntEnum):
@@ -70,10 +71,15 @@ class Command(IntEnum):
 
     NAV_TAKEOFF = 22
     DO_SET_MODE = 176
+    DO_DIGICAM_CONTROL = 203
+    DO_MOUNT_CONTROL = 205
+    DO_SET_CAM_TRIGG_DIST = 206
     MISSION_START = 300
     COMPONENT_ARM_DISARM = 400
     SET_MESSAGE_INTERVAL = 511
     REQUEST_MESSAGE = 512
+    DO_GIMBAL_MANAGER_PITCHYAW = 1000
+    IMAGE_START_CAPTURE = 2000
 
 
 class Result(IntEnum):
@@ -233,6 +239,14 @@ class CommandAck(NamedTuple):
     result: int
 
 
+class ImageCaptured(NamedTuple):
+    """CAMERA_IMAGE_CAPTURED: the picture's number, and whether there is one."""
+
+    time_boot_ms: int
+    image_index: int
+    taken: bool
+
+
 class AutopilotVersion(NamedTuple):
     """AUTOPILOT_VERSION."""
 
@@ -297,13 +311,6 @@ class MissionAck(NamedTuple):
     kind: int
 
 
-class ImageCaptured(NamedTuple):
-    """CAMERA_IMAGE_CAPTURED: a picture, counted from 0."""
-
-    time_boot_ms: int
-    number: int
-
-
 Message = (
     Heartbeat
     | LocalPosition
@@ -313,6 +320,7 @@ Message = (
     | SysStatus
     | ExtendedSysState
     | CommandAck
+    | ImageCaptured
     | AutopilotVersion
     | StatusText
     | ParamValue
@@ -322,5 +330,15 @@ Message = (
     | MissionAck
     | ImageCaptured
 )
+
+
+def raw_of(number: float, param_type: int, *, bytewise: bool) -> float:
+    """What PARAM_SET must carry for `number`: the way back from `ParamValue.number`."""
+    code = _INTEGER_CODES.get(param_type)
+    if code is None or not bytewise:
+        return number
+    raw: float = struct.unpack("<f", struct.pack(code, int(number)).ljust(4, b"\0"))[0]
+    return raw
+
 
 _INTEGER_CODES = {1: "<B", 2: "<b", 3: "<H", 4: "<h", 5: "<I", 6: "<i"}  # MAV_PARAM_TYPE_*

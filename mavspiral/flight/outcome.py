@@ -25,6 +25,7 @@ class State(Enum):
     ORIGIN = "origin"
     ROUTE = "route"
     CHECK = "check"
+    FAILSAFES = "failsafes"
     ARM = "arm"
     TAKEOFF = "take off"
     PRESTREAM = "pre-stream"
@@ -35,6 +36,7 @@ class State(Enum):
     BRAKE = "brake"
     RETURN = "return"
     LAND = "land"
+    RESTORE = "restore"
     OVER = "over"
 
 
@@ -46,20 +48,24 @@ class SessionConfig:
         rate_hz: of the setpoints.
         governor: when path time slows down; its reserve also bounds how far the origin may move.
         battery_min_pct: below it the vehicle is not armed.
+        battery_reserve_pct: the inspection ends when less would be left after the way home.
         join_max_m: farther than this from the first point after take-off, it lands instead of joining.
         follow_within_s: how long the vehicle may stay too far off its path before it is landed where it is.
         safe_height_enu_m: the height in the plan's ENU above which nothing stands in a straight way home.
         lost_after_s: a silence after which the link is lost and the setpoints end.
-        dry_run: do everything but arm.
+        set_failsafes: set the parameters that make a lost link safe before the flight, and put them back after it.
+        dry_run: do everything but arm; nothing is set either.
     """
 
     rate_hz: float = 50.0
     governor: GovernorLimits = field(default_factory=GovernorLimits)
     battery_min_pct: float = 30.0
+    battery_reserve_pct: float = 7.0
     join_max_m: float = 5.0
     follow_within_s: float = 20.0
     safe_height_enu_m: float = -math.inf
     lost_after_s: float = 5.0
+    set_failsafes: bool = False
     dry_run: bool = False
 
     def __post_init__(self) -> None:

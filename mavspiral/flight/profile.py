@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from mavspiral.flight.messages import TypeMask
+from mavspiral.flight.messages import Command, TypeMask
 
 __all__ = ["Mode", "Profile"]
 
@@ -27,6 +27,8 @@ class Profile:
         autopilot: MAV_AUTOPILOT in its heartbeat.
         follow: the mode in which it follows setpoints.
         climb: the modes that it goes through in a commanded take-off.
+        arm_in: the mode that it must be in to be armed for this; None where any will do.
+        gimbal: the command that tilts the camera to so many degrees, up is positive.
         telemetry_hz: the streams that the session lives on, by message id; all others are switched off.
         kept: messages that are answers or notices, never switched off.
         quiet: streams that begin only in flight, switched off beforehand.
@@ -42,6 +44,8 @@ class Profile:
         loss_actions: the values of `loss_action` in words.
         safe_loss_actions: those that need no pilot.
         return_height: parameter that says at which height above home its own Return flies.
+        failsafes: what each parameter that makes a lost link safe must be, from what it is and the height
+            above home, in metres, over which a straight way home is free.
         damping: parameter that says what share of its measured acceleration it takes off again.
     """
 
@@ -53,6 +57,8 @@ class Profile:
     land: Mode
     go_home: Mode
     climb: tuple[Mode, ...]
+    arm_in: Mode | None
+    gimbal: Callable[[float], tuple[Command, tuple[float, ...]]]
     other_modes: tuple[Mode, ...]
     telemetry_hz: Mapping[int, float]
     kept: frozenset[int]
@@ -69,12 +75,24 @@ class Profile:
     loss_actions: Mapping[int, str]
     safe_loss_actions: frozenset[int]
     return_height: str
+    failsafes: Mapping[str, Callable[[float, float], float]]
     damping: str
 
     @property
     def parameters(self) -> tuple[str, ...]:
         """The parameters that the session reads before it arms."""
-        return (self.loss_timeout, self.loss_action, *self.speed_parameters, self.return_height, self.damping)
+        return (
+            self.loss_timeout,
+            self.loss_action,
+            *self.speed_parameters,
+            self.return_height,
+            self.damping,
+            *(
+                name
+                for name in self.failsafes
+                if name not in (self.loss_timeout, self.loss_action, self.return_height)
+            ),
+        )
 
     def mode_name(self, custom_mode: int) -> str:
         """The mode in words."""

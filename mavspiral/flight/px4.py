@@ -10,13 +10,17 @@ from __future__ import annotations
 
 import math
 
-from mavspiral.flight.messages import MessageId, TypeMask
+from mavspiral.flight.messages import Command, MessageId, TypeMask
 from mavspiral.flight.profile import Mode, Profile
 
 __all__ = ["PX4"]
 
 _CUSTOM_MODE_ENABLED = 1
 _AUTO = 4
+_RETURN = 3
+_NEEDS_NOBODY = frozenset({3, 4, 5})
+_EXCEPT_OFFBOARD = 4  # a bit of COM_RCL_EXCEPT: no pilot's sticks are missed in OFFBOARD
+_LOSS_S = 1.0
 
 
 def _mode(name: str, main: int, sub: int = 0) -> Mode:
@@ -25,6 +29,11 @@ def _mode(name: str, main: int, sub: int = 0) -> Mode:
 
 def _takeoff_params(alt_amsl_m: float, _height_home_m: float) -> tuple[float, ...]:
     return (0.0, 0.0, 0.0, math.nan, math.nan, math.nan, alt_amsl_m)
+
+
+def _gimbal(pitch_deg: float) -> tuple[Command, tuple[float, ...]]:
+    """Yaw 0 is the vehicle's own; rates are left to the gimbal."""
+    return Command.DO_GIMBAL_MANAGER_PITCHYAW, (pitch_deg, 0.0, math.nan, math.nan)
 
 
 PX4 = Profile(
@@ -36,6 +45,8 @@ PX4 = Profile(
     land=_mode("AUTO.LAND", _AUTO, 6),
     go_home=_mode("AUTO.RTL", _AUTO, 5),
     climb=(_mode("AUTO.TAKEOFF", _AUTO, 2), _mode("AUTO.LOITER", _AUTO, 3)),
+    arm_in=None,
+    gimbal=_gimbal,
     other_modes=(
         _mode("MANUAL", 1),
         _mode("ALTCTL", 2),
@@ -57,6 +68,7 @@ PX4 = Profile(
             MessageId.MISSION_CURRENT,  # no stream: PX4 goes on sending it whatever one asks
             MessageId.GPS_GLOBAL_ORIGIN,
             MessageId.COMMAND_ACK,
+            MessageId.CAMERA_IMAGE_CAPTURED,
             MessageId.AUTOPILOT_VERSION,
             MessageId.STATUSTEXT,
         }
@@ -87,7 +99,13 @@ PX4 = Profile(
         6: "Terminate",
         7: "Disarm",
     },
-    safe_loss_actions=frozenset({3, 4, 5}),
+    safe_loss_actions=_NEEDS_NOBODY,
     return_height="RTL_RETURN_ALT",
+    failsafes={
+        "COM_OF_LOSS_T": lambda now_s, _: min(now_s, _LOSS_S),
+        "COM_OBL_RC_ACT": lambda now, _: now if now in _NEEDS_NOBODY else _RETURN,
+        "COM_RCL_EXCEPT": lambda now, _: int(now) | _EXCEPT_OFFBOARD,
+        "RTL_RETURN_ALT": lambda now_m, safe_m: max(now_m, float(math.ceil(safe_m))),
+    },
     damping="MPC_XY_VEL_D_ACC",
 )

@@ -13,13 +13,16 @@ from collections.abc import Callable
 
 from mavspiral.errors import LimitError, LinkError, MavspiralError
 from mavspiral.flight.course import COURSE, Late, Row
+from mavspiral.flight.energy import Battery
+from mavspiral.flight.failsafes import left_as_set
 from mavspiral.flight.flight_log import Event, FlightLog
 from mavspiral.flight.link import Link
-from mavspiral.flight.messages import Command, Heartbeat, Message, MessageId, StatusText, SystemStatus
+from mavspiral.flight.messages import Command, Heartbeat, Message, MessageId, Origin, StatusText, SystemStatus
 from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.px4 import PX4
 from mavspiral.flight.schedule import Schedule, StreamFigures
+from mavspiral.flight.shutter import Picture, ShotOrders, Shutter
 from mavspiral.flight.signing import Signer
 from mavspiral.flight.situation import Route, Situation, WayHome
 from mavspiral.flight.streamer import Streamer
@@ -43,6 +46,7 @@ class Session:
         config: what may be told.
         way_home: gives the way back from anywhere on the flight; without it a flight that is given up lands there.
         profile: the autopilot's ways.
+        shots: what camera and gimbal are told; without it nothing.
         tap: is handed every whole frame with its time, both directions (`TlogWriter.write`).
         signer: for a link whose both ends sign.
     """
@@ -55,6 +59,7 @@ class Session:
         *,
         way_home: WayHome | None = None,
         profile: Profile = PX4,
+        shots: ShotOrders | None = None,
         tap: Callable[[int, bytes], None] | None = None,
         signer: Signer | None = None,
     ) -> None:
@@ -65,8 +70,11 @@ class Session:
         self._s = Situation(route, way_home, frame, config, profile, link, TelemetryRequest(profile))
         self._row = COURSE[State.CONNECT]
         self._streamer = Streamer(self._s)
+        self._shutter = None if shots is None else Shutter(self._s, shots)
         self._heartbeats = Schedule(_HEARTBEAT_US)
         self._origin_requests = Schedule(_ORIGIN_AGAIN_US)
+        self._battery_looks = Schedule(_HEARTBEAT_US)
+        self._battery = Battery()
         self._begun = False
         self._out: list[bytes] = []
         self._told_n = 0
@@ -95,6 +103,8 @@ class Session:
             self._turn()
         if self._streamer.schedule.take(now_us) and s.to_vehicle is not None and self._row.modes is not None:
             self._out.append(self._streamer.tick(streams=self._streams, moves=self._row.moves))
+            if self._shutter is not None and self.outcome is None:
+                self._out.append(self._shutter.tick())
         if self._heartbeats.take(now_us):
             self._out.append(s.link.heartbeat())
         send = b"".join(self._out)
@@ -119,6 +129,25 @@ class Session:
     def trajectory(self) -> Trajectory | None:
         """What is flown, once home is known."""
         return self._s.trajectory
+
+    @property
+    def pictures(self) -> tuple[Picture, ...]:
+        """Those that camera or vehicle said were taken, in their order."""
+        return () if self._shutter is None else tuple(self._shutter.pictures)
+
+    @property
+    def missed_shots(self) -> tuple[int, ...]:
+        """The shots, from 0 on the flight's own, that were commanded and never taken."""
+        return () if self._shutter is None else self._shutter.missed
+
+    @property
+    def origin(self) -> Origin | None:
+        """Where the vehicle's local frame begins, once its place is known."""
+        return self._s.origin
+
+    def rows_since(self, row: int) -> bytes:
+        """The log's rows from number `row` on, raw (`journal`)."""
+        return self._streamer.recorder.since(row)
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -155,7 +184,12 @@ class Session:
     def _begin(self) -> None:
         self._begun = True
         now_us = self._heard_us = self._s.now_us
-        for schedule in (self._streamer.schedule, self._heartbeats, self._origin_requests):
+        for schedule in (
+            self._streamer.schedule,
+            self._heartbeats,
+            self._origin_requests,
+            self._battery_looks,
+        ):
             schedule.start(now_us)
         self._enter(State.CONNECT)
 
@@ -172,6 +206,8 @@ class Session:
                 s.link.vehicle = message.system_id, message.component_id
             self._heard_us = s.now_us
             s.vehicle.note(message)
+            if self._shutter is not None:
+                self._shutter.heard(message)
             if isinstance(message, StatusText):
                 s.tell("warning" if message.severity <= _WARNING else "info", f"vehicle: {message.text}")
         local = s.vehicle.local
@@ -201,6 +237,7 @@ class Session:
             return
         self._watch_origin()
         self._watch_following()
+        self._watch_battery()
 
     def _watch_origin(self) -> None:
         s = self._s
@@ -235,9 +272,19 @@ class Session:
             waited_s = s.config.follow_within_s
             self._give_up(f"the vehicle {why} for {waited_s:.0f} s; landing it there", State.LAND)
 
+    def _watch_battery(self) -> None:
+        """Once a second, and only as long as there is inspection left to give up."""
+        s = self._s
+        if self.state is not State.STREAM or s.trajectory is None or not self._battery_looks.take(s.now_us):
+            return
+        if s.path_t_s < s.trajectory.span_s("inspection")[1] and (why := self._battery.time_to_return(s)):
+            self._give_up(f"{why}; flying home", State.BRAKE)
+
     def _stop(self) -> None:
         self._stop_asked = False
-        if self._row.modes is None:
+        if self.state is State.RESTORE:
+            self._enter(State.OVER)
+        elif self._row.modes is None:
             self._conclude("stopped before take-off")
         elif self.state in (State.TAKEOFF, State.PRESTREAM, State.OFFBOARD):
             self._give_up("stopped by the user; landing", State.LAND)
@@ -294,6 +341,7 @@ class Session:
             self._conclude("dry run: all but arming went well", 0)
             return
         if state is State.OVER:
+            self.state = State.LAND  # where the flight ended
             self._conclude(
                 f"landed, disarmed ({self._failure})" if self._failure else "flown, landed, disarmed",
                 1 if self._failure else 0,
@@ -316,6 +364,8 @@ class Session:
 
     def _conclude(self, reason: str, exit_code: int = 1) -> None:
         self._s.tell("error" if exit_code else "info", reason)
+        if (left := left_as_set(self._s)) is not None:
+            self._s.tell("warning", left)
         if self.state is State.ARM and exit_code and self._s.link.vehicle is not None:
             self._out.append(self._s.link.command(Command.COMPONENT_ARM_DISARM, 0.0))  # it may yet obey
         self.outcome = Outcome(exit_code == 0, self.state, reason, exit_code)

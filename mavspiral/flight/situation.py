@@ -39,6 +39,7 @@ class Situation:
         local_us: when the vehicle last told its position.
         origin: the origin that `to_vehicle` was made from.
         follower: what is being flown, from pre-stream on.
+        failsafes_wanted: the parameters that are set for this flight, and `failsafes_before` what they were.
     """
 
     route: Route
@@ -60,6 +61,8 @@ class Situation:
     leg_begins_s: tuple[float, ...] = ()
     reference: Reference | None = None
     follower: Follower | None = None
+    failsafes_wanted: dict[str, float] = field(default_factory=dict)
+    failsafes_before: dict[str, float] = field(default_factory=dict)
 
     @property
     def elapsed_s(self) -> float:

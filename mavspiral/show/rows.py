@@ -71,7 +71,9 @@ def live_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("tracking, worst", _metres(s["tracking"]["max_m"]), ""),
         ("clearance, least", _metres(s["clearance_min_m"]), ""),
         ("walls seen", _share(s["coverage"]["walls"]), ""),
+        ("inspected", f"{s['inspected']['done_s']:.0f} of {s['inspected']['of_s']:.0f} s", ""),
         ("setpoints", f"{s['setpoints']['sent']} at {s['setpoints']['rate_hz']:.1f} Hz", ""),
+        ("shots", f"{s['shots']['taken']} taken, {len(s['shots']['missed'])} missed", ""),
         ("worst gap", f"{s['setpoints']['worst_gap_s']:.3f} s", ""),
         *([] if s["refused"] is None else [("frames refused", f"{s['refused']}", "")]),
     ]

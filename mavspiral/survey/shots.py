@@ -11,7 +11,7 @@ from mavspiral.arrays import FloatArray, locked
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.survey.camera import Camera
 
-__all__ = ["Shots", "flown_shots", "shots_of"]
+__all__ = ["Shots", "flown_shots", "shots_at", "shots_of"]
 
 GRID_S = 0.1
 ROW_S = 0.02
@@ -106,6 +106,23 @@ def flown_shots(
         np.stack(places, axis=1),
         np.interp(t_s, row_t_s, yaw_enu_rad[onward]),
         shots.pitch_rad[taken],
+    )
+
+
+def shots_at(
+    t_s: FloatArray,
+    row_t_s: FloatArray,
+    position_enu_m: FloatArray,
+    yaw_enu_rad: FloatArray,
+    pitch_rad: FloatArray,
+) -> Shots:
+    """Shots at the times `t_s`, posed by rows of a flight: one clock for both, rising, yaw unwrapped."""
+    places = [np.interp(t_s, row_t_s, position_enu_m[:, axis]) for axis in range(3)]
+    return Shots(
+        t_s,
+        np.stack(places, axis=1),
+        np.interp(t_s, row_t_s, yaw_enu_rad),
+        np.interp(t_s, row_t_s, pitch_rad),
     )
 
 

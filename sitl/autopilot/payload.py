@@ -30,6 +30,7 @@ class Payload:
     interval_s: float = 0.0
     shots_left: int = 0
     snap: bool = False
+    number: float = 0.0
     last_us: int | None = None
     last_m: complex | None = None
     shots: int = 0
@@ -148,10 +149,15 @@ def _by_interval(payload: Payload, item: PlanItem, _: Home | None) -> Payload:
 
 
 def _start(payload: Payload, item: PlanItem, _: Home | None) -> Payload:
-    """IMAGE_START_CAPTURE: param2 seconds apart, param3 pictures; zero of them is no end."""
-    interval_s, count = item.params[1], item.params[2]
+    """IMAGE_START_CAPTURE: param2 seconds apart, param3 pictures; zero of them is no end.
+
+    A single picture may be numbered by param4: told again under the same number, it is not taken again.
+    """
+    interval_s, count, number = item.params[1:4]
     if count == 1.0 or not interval_s > 0.0:
-        return replace(payload, snap=True)
+        if number > 0.0 and number == payload.number:
+            return payload
+        return replace(payload, snap=True, number=number if number > 0.0 else 0.0)
     shots_left = int(count) if 0.0 < count < math.inf else _FOREVER
     return replace(payload, interval_s=interval_s, shots_left=shots_left, last_us=None)
 

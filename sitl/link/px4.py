@@ -108,8 +108,9 @@ class Px4Link:
                 out += self._camera.receive(received, helm)
             handle = _HANDLERS.get(type(received.message))
             if handle is not None:
+                sender = (self._codec.system, _CAMERA) if self._addresses_camera(received.message) else None
                 for answer in handle(self, received, helm):
-                    out += self._codec.encode(answer)
+                    out += self._codec.encode(answer, sender)
         return out
 
     def send(self, helm: Helm) -> bytes:
@@ -196,6 +197,14 @@ class Px4Link:
     def _addresses_us(self, message: Message) -> bool:
         return message.target_system == self._codec.system and message.target_component in (_OURS, _ANY)
 
+    def _addresses_camera(self, message: Message | None) -> bool:
+        """Whether it is for the camera, which has an address of its own and answers for itself."""
+        return (
+            isinstance(message, _COMMAND_LONG)
+            and message.command in _CAMERA_COMMANDS
+            and (message.target_system, message.target_component) == (self._codec.system, _CAMERA)
+        )
+
     def _on_heartbeat(self, received: Received, _: Helm) -> list[Message]:
         self._hears_gcs |= received.message.type == common.MAV_TYPE_GCS
         self._heartbeats.append(received)
@@ -239,7 +248,7 @@ class Px4Link:
         return [_ack(common.MAV_CMD_DO_SET_MODE, result, received)]
 
     def _on_command(self, received: Received, helm: Helm) -> list[Message]:
-        if not self._addresses_us(received.message):
+        if not (self._addresses_us(received.message) or self._addresses_camera(received.message)):
             return []
         command = command_of(received.message)
         special = _COMMANDS.get(command.number)
@@ -300,6 +309,10 @@ class Px4Link:
         message_id = _number(command.param1)
         interval = _MESSAGE_INTERVAL(self._streams.interval_us(message_id), message_id & 0xFFFF)
         return [interval, _ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
+
+
+_CAMERA = common.MAV_COMP_ID_CAMERA
+_CAMERA_COMMANDS = (common.MAV_CMD_IMAGE_START_CAPTURE, common.MAV_CMD_IMAGE_STOP_CAPTURE)
 
 
 def _ack(command_number: int, result: int, received: Received) -> Message:

@@ -98,7 +98,7 @@ def main():
     step_us = min(bench_step() for _ in range(3))
     print(f"session.step              {step_us:6.2f} µs a step of 20 ms = {20_000 / step_us:.0f} x real time")
     with Path("/dev/null").open("wb") as file:
-        step_us = min(bench_step(TlogWriter(file).write) for _ in range(3))
+        step_us = min(bench_step(TlogWriter(file.write).write) for _ in range(3))
     print(f"  with a .tlog            {step_us:6.2f} µs")
     p50, p99, worst = bench_schedule()
     print(f"schedule, late            {p50:6.0f} µs p50, {p99:.0f} p99, {worst:.0f} max")

@@ -1,5 +1,6 @@
 """`python -m sitl` as a user starts it, on ports that nobody else has."""
 
+import random
 import signal
 import socket
 import subprocess
@@ -46,7 +47,7 @@ def is_free(port):
 
 def free_instance():
     """An instance that shares no port with any vehicle at work, nor with 14550, where clients listen."""
-    for instance in range(20, 250):
+    for instance in random.sample(range(20, 250), 230):  # another test run looks for one at the same time
         # Ten further on, another vehicle's offboard link sends to where our ground station listens.
         neighbours = (14570 + instance, 14590 + instance)
         if all(
@@ -74,6 +75,7 @@ def launch(*options, instance=None):
             vehicle.lines.append(line.rstrip())
             if "ready to arm" in line:
                 ready.set()
+        ready.set()  # it has ended: no use in waiting
 
     threading.Thread(target=listen, daemon=True).start()
     return vehicle, ready
@@ -91,7 +93,7 @@ def start_vehicle():
     def start(*options, instance=None):
         vehicle, ready = launch(*options, instance=instance)
         started.append(vehicle)
-        assert ready.wait(START_LIMIT_S), (vehicle.lines, vehicle.process.poll())
+        assert ready.wait(START_LIMIT_S) and vehicle.process.poll() is None, vehicle.lines
         return vehicle
 
     yield start

@@ -54,6 +54,7 @@ class FakePx4:
         # what tests look at
         self.setpoints = []  # (vehicle's time in us, message)
         self.commands = []
+        self.set_parameters = []
         self.modes = []  # that were asked for and entered
         self.track = []  # (time in us, position)
         self._mav = mavlink.MAVLink(None, 1, 1)
@@ -142,6 +143,18 @@ class FakePx4:
             if isinstance(value, int):
                 value = struct.unpack("<f", struct.pack("<i", value))[0]
             self._send(mavlink.MAVLink_param_value_message(m.param_id.encode(), value, kind, 878, 0))
+
+    def _on_param_set(self, m):
+        now = self.parameters.get(m.param_id)
+        if now is None:
+            return
+        value = m.param_value
+        if isinstance(now, int):
+            assert m.param_type == mavlink.MAV_PARAM_TYPE_INT32
+            value = struct.unpack("<i", struct.pack("<f", value))[0]
+        self.parameters[m.param_id] = value
+        self.set_parameters.append((m.param_id, value))
+        self._on_param_request_read(m)
 
     def _on_command_long(self, m):
         if (m.target_system, m.target_component) != (1, 1):

@@ -16,7 +16,7 @@ EPOCH_US = 1_700_000_000_000_000
 def flown(tmp_path_factory):
     path = tmp_path_factory.mktemp("flown") / "flight.tlog"
     with path.open("wb") as file:
-        session = make_session(tap=TlogWriter(file, EPOCH_US).write)
+        session = make_session(tap=TlogWriter(file.write, EPOCH_US).write)
         fly(session, FakePx4(VEHICLE_ORIGIN, HOME))
     return session, session.log(), path
 
@@ -105,7 +105,7 @@ def test_the_tlog_is_read_by_pymavlink_and_holds_both_directions(flown):
 
 def test_a_packet_s_time_is_eight_bytes_big_endian():
     file = io.BytesIO()
-    TlogWriter(file, 2**40).write(5, b"\xfdframe")
+    TlogWriter(file.write, 2**40).write(5, b"\xfdframe")
     assert file.getvalue() == (2**40 + 5).to_bytes(8, "big") + b"\xfdframe"
 
 

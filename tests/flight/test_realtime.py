@@ -257,3 +257,40 @@ def test_serial_devices_in_both_spellings(url, baud):
         assert transport.receive(1.0) == b"hello"
     os.close(ours)
     os.close(theirs)
+
+
+@pytest.mark.parametrize("spelling", ["tcpin://127.0.0.1:{}", "tcpin:127.0.0.1:{}"])
+def test_a_vehicle_that_calls_us_is_answered(spelling):
+    port = free_port(socket.SOCK_STREAM)
+    heard = []
+
+    def vehicle():
+        for _ in range(200):
+            try:
+                with socket.create_connection(("127.0.0.1", port)) as end:
+                    end.sendall(b"hello")
+                    heard.append(end.recv(100))
+                return
+            except ConnectionRefusedError:
+                time.sleep(0.01)
+
+    caller = threading.Thread(target=vehicle)
+    caller.start()
+    with opened(spelling.format(port)) as transport:
+        assert transport.receive(2.0) == b"hello"
+        transport.send(b"yes")
+        caller.join()
+    assert heard == [b"yes"]
+
+
+def test_nobody_calls(monkeypatch):
+    monkeypatch.setattr(realtime, "_DIAL_S", 0.05)
+    with pytest.raises(LinkError, match="nobody called"):
+        open_transport(f"tcpin:127.0.0.1:{free_port(socket.SOCK_STREAM)}")
+
+
+def test_a_taken_tcp_port_is_named():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(InputError, match=f"TCP port {port} is taken"):
+            open_transport(f"tcpin:127.0.0.1:{port}")

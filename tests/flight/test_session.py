@@ -44,9 +44,7 @@ def test_a_flight_from_connecting_to_disarming(px4):
     fly(session, px4)
     assert session.outcome.ok and session.outcome.exit_code == 0
     states = [event.text for event in session.events if event.text in {s.value for s in State}]
-    assert states == [
-        s.value for s in State if s not in (State.HOLD, State.BRAKE, State.RETURN, State.OVER, State.LAND)
-    ] + ["land"]
+    assert states == [s.value for s in State if s not in (State.HOLD, State.BRAKE, State.RETURN, State.OVER)]
     assert not px4.armed and px4.armed_height_m == pytest.approx(0.0, abs=0.06)
     assert [t for t in texts(session).split(" | ") if t.startswith("leg")] == [
         "leg approach-1",
@@ -538,3 +536,30 @@ def fly_on(session, px4, begin_us=None, until=None, up=lambda frames: frames):
 
 def parsed(stream):
     return mavlink.MAVLink(None).parse_buffer(stream) or []
+
+
+def test_a_battery_that_would_not_last_for_the_way_home_ends_the_inspection(px4):
+    session = make_session(SessionConfig(safe_height_enu_m=45.0))
+
+    def drains(now_us):
+        if session.path_t_s > 0:
+            px4.battery_pct = round(90 - 1.5 * session.path_t_s)
+
+    fly(session, px4, each=drains)
+    _, end_s = session.trajectory.span_s("inspection")
+    told = next(event for event in session.events if "battery at" in event.text)
+    assert "flying home" in told.text and not session.outcome.ok and not px4.armed
+    left_pct = int(told.text.split(" %")[0].split()[-1])
+    assert 7 < left_pct < 85
+    assert session.log().path_t_s[np.isfinite(session.log().path_t_s)].max() < end_s
+
+
+def test_a_battery_that_lasts_is_no_reason_to_return(px4):
+    session = make_session(SessionConfig(safe_height_enu_m=45.0))
+
+    def drains(now_us):
+        if session.path_t_s > 0:
+            px4.battery_pct = round(90 - 0.3 * session.path_t_s)
+
+    fly(session, px4, each=drains)
+    assert session.outcome.ok and px4.battery_pct < 80

@@ -179,10 +179,17 @@ def test_a_mission_that_the_vehicle_refuses_before_arming_says_why(tmp_path):
     assert Path(summary["files"]["html"]).exists()
 
 
-def test_a_flight_longer_than_the_battery_is_refused(tmp_path):
-    answer = run("plan", changed(tmp_path, "endurance_s = 1500", "endurance_s = 300", mission="torre"))
+def test_a_flight_longer_than_the_battery_is_flown_in_sorties(tmp_path):
+    path = changed(tmp_path, "endurance_s = 1500", "endurance_s = 300", mission="torre")
+    answer = run("plan", path, "--out", tmp_path / "out", "--json")
+    assert answer.returncode == 0, answer.stderr
+    assert json.loads(answer.stdout)["sorties"] >= 3
+
+
+def test_a_battery_that_does_not_last_there_and_back_is_refused(tmp_path):
+    answer = run("plan", changed(tmp_path, "endurance_s = 1500", "endurance_s = 30", mission="torre"))
     assert answer.returncode == 1
-    assert "endurance_s = 300" in answer.stderr
+    assert "endurance_s = 30" in answer.stderr and "Fix:" in answer.stderr
 
 
 def test_a_folder_that_cannot_be_written_is_told_before_the_flight(tmp_path):

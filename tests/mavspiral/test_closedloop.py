@@ -192,3 +192,30 @@ def test_the_way_home_from_anywhere_on_the_torre_keeps_clear_of_it(planned):
         assert np.allclose(states.position_enu_m[0], here)
         assert np.allclose(states.position_enu_m[-1], above_home)
         assert solids.distance_m(states.position_enu_m).min() >= inspection.clearance_required_m - 1e-9
+
+
+@pytest.mark.parametrize("trigger", ["digicam", "distance", "none"])
+def test_the_vehicle_shoots_by_every_trigger_and_sees_the_walls(planned, trigger):
+    kiosk = planned("kiosk")
+    camera = kiosk.mission.camera.model_copy(update={"trigger": trigger})
+    flight = simulate(replace(kiosk, mission=kiosk.mission.model_copy(update={"camera": camera})), seed=3)
+    assert flight.outcome.ok
+    assert flight.coverage.walls > 0.99
+    assert len(flight.shots) >= len(kiosk.shots) - 1
+
+
+def test_a_battery_that_does_not_last_is_changed_and_all_is_seen(planned):
+    """Each sortie takes off anew; the pictures of all of them show what one long flight would."""
+    kiosk = planned("kiosk")
+    vehicle = kiosk.mission.vehicle.model_copy(update={"endurance_s": 50.0})
+    inspection = replace(kiosk, mission=kiosk.mission.model_copy(update={"vehicle": vehicle}))
+    sorties = inspection.sorties()
+    assert inspection.summary()["sorties"] == len(sorties) >= 2
+    flight = simulate(inspection, seed=3)
+    assert flight.outcome.ok and flight.clearance_min_m >= 3.0
+    assert flight.coverage.walls > 0.99
+    assert sum(event.text == "take off" for event in flight.log.events) == len(sorties)
+    assert np.all(np.diff(flight.log.t_us) > 0)
+    assert len(flight.shots) > len(kiosk.shots), "with an overlap"
+    assert len(flight.tracking_m) == flight.log.on_leg("inspection").sum()
+    assert flight.tracking_p95_m < 0.3

@@ -338,6 +338,18 @@ def test_a_picture_can_be_ordered_by_command_in_any_mode(client, pick):
     assert len(pick(heard, "CAMERA_IMAGE_CAPTURED")) == 1
 
 
+def test_the_camera_has_an_address_of_its_own_and_takes_a_number_once(client, pick):
+    client.live(3.0)
+    heard = []
+    for number in (1, 1, 1, 2):
+        client.command(2000, 0, 0, 1, number, component=100)
+        heard += client.live(0.1)
+    assert [image.image_index for image in pick(heard, "CAMERA_IMAGE_CAPTURED")] == [0, 1]
+    assert [ack.result for ack in pick(heard, "COMMAND_ACK")] == [0] * 4
+    client.command(400, 1.0, 0.0, component=100)
+    assert not pick(client.live(0.2), "COMMAND_ACK"), "it is a camera, and arms nothing"
+
+
 def test_the_nose_looks_at_a_region_of_interest_until_there_is_none(loaded):
     interest = (195, (0, 0, 0, 0, *place(20, 30, 0.0)), 3)
     client = start(loaded(takeoff(), interest, waypoint(40, 0), do(197), waypoint(60, 0)))

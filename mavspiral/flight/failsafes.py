@@ -1,0 +1,84 @@
+"""The parameters that make a lost link safe: set before the flight when that is asked for, put back after it.
+
+A setpoint is bound to a live planner: when our process hangs or dies, the vehicle hears no more of them, and what it does
+then is its own failsafe. These parameters say what.
+"""
+
+from __future__ import annotations
+
+from mavspiral.flight.messages import raw_of
+from mavspiral.flight.situation import Situation
+
+__all__ = ["are_restored", "are_set", "ask_restored", "ask_set", "left_as_set", "prepare"]
+
+_SAME = 1e-4
+
+
+def prepare(s: Situation) -> None:
+    """Work out what must be set, from what the vehicle has told."""
+    s.failsafes_wanted, s.failsafes_before = {}, {}
+    if not s.config.set_failsafes or s.config.dry_run:
+        return
+    assert s.to_vehicle is not None
+    home_enu_m = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
+    safe_return_m = s.config.safe_height_enu_m - float(home_enu_m[2])
+    for name, wanted in s.profile.failsafes.items():
+        now = _value(s, name)
+        if now is None:
+            s.tell("warning", f"{name} could not be read and is not set")
+        elif abs((value := wanted(now, safe_return_m)) - now) > _SAME:
+            s.failsafes_wanted[name], s.failsafes_before[name] = value, now
+            s.tell("info", f"{name} is set to {value:g} for this flight (was {now:g})")
+
+
+def are_set(s: Situation) -> bool:
+    """Whether the vehicle has them as they must be."""
+    return not _differing(s, s.failsafes_wanted)
+
+
+def ask_set(s: Situation) -> bytes:
+    """Set what is not yet as it must be."""
+    return _told(s, s.failsafes_wanted)
+
+
+def are_restored(s: Situation) -> bool:
+    """Whether all are as they were before."""
+    if _differing(s, s.failsafes_before):
+        return False
+    s.failsafes_before.clear()
+    return True
+
+
+def ask_restored(s: Situation) -> bytes:
+    """Put back what is not yet as it was."""
+    return _told(s, s.failsafes_before)
+
+
+def left_as_set(s: Situation) -> str | None:
+    """What is not as it was before the flight, in words; None where nothing is."""
+    if not s.failsafes_before:
+        return None
+    told = ", ".join(
+        f"{name} = {s.failsafes_wanted[name]:g} (was {before:g})"
+        for name, before in s.failsafes_before.items()
+    )
+    return f"left as set for this flight: {told}"
+
+
+def _value(s: Situation, name: str) -> float | None:
+    value = s.vehicle.parameters.get(name)
+    return None if value is None else value.number(bytewise=s.profile.integers_bytewise)
+
+
+def _differing(s: Situation, wanted: dict[str, float]) -> list[str]:
+    return [name for name, value in wanted.items() if abs((_value(s, name) or 0.0) - value) > _SAME]
+
+
+def _told(s: Situation, wanted: dict[str, float]) -> bytes:
+    told = b""
+    for name in _differing(s, wanted):
+        kind = s.vehicle.parameters[name].param_type
+        told += s.link.parameter_set(
+            name, raw_of(wanted[name], kind, bytewise=s.profile.integers_bytewise), kind
+        )
+    return told

@@ -1,0 +1,216 @@
+"""Camera and gimbal while streaming: each shot and each tilt commanded at its time along the path.
+
+A shot by `camera` is numbered, and commanded again under the same number until its picture is told or the next is due,
+so that a lost packet costs no picture and makes no second one. The camera numbers its pictures too: a gap in what is
+told of them is a picture that was taken and whose telling was lost. A shot by `digicam` cannot be numbered and
+is commanded once. By `distance` the vehicle itself shoots, from the first shot to the last. With `none` the camera
+runs by itself, and nothing is counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mavspiral.arrays import FloatArray
+from mavspiral.flight.messages import Command, CommandAck, ImageCaptured, Message, Result
+from mavspiral.flight.situation import Situation
+from mavspiral.motion.trajectory import Trajectory
+
+__all__ = ["CAMERA_ID", "Picture", "ShotOrders", "Shutter"]
+
+CAMERA_ID = 100
+"""MAV_COMP_ID_CAMERA."""
+
+_AGAIN_US = 200_000
+_TRIES_N = 4
+_UNTOLD_S = 1.5
+_EARLY_S = 0.05  # a picture's time may be a frame before that of its command, as we read the vehicle's clock
+_TILT_EVERY_US = 200_000
+_TILT_DEG = 0.5
+_PITCH_S = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class ShotOrders:
+    """What the camera is to be told.
+
+    Args:
+        trigger: camera, digicam, distance or none.
+        spacing_m: between shots by distance.
+        gimbal: whether there is one to be tilted.
+        due_s: the path times of the shots on a trajectory, `(n,)`, rising.
+    """
+
+    trigger: str
+    spacing_m: float
+    gimbal: bool
+    due_s: Callable[[Trajectory], FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """One that was taken: of which shot (-1 where nobody knows), and when by the vehicle's clock."""
+
+    shot: int
+    vehicle_s: float
+
+
+@dataclass(slots=True)
+class _Order:
+    """A shot that was commanded and has not been answered."""
+
+    shot: int
+    vehicle_s: float
+    again_us: int
+    tries_n: int = 1
+    accepted: bool = False
+
+
+class Shutter:
+    """Commands the shots of a flight and counts the pictures.
+
+    Args:
+        situation: of the session.
+        orders: what to command.
+    """
+
+    def __init__(self, situation: Situation, orders: ShotOrders) -> None:
+        self.pictures: list[Picture] = []
+        self.commanded_n = 0
+        self._s = situation
+        self._orders = orders
+        self._route: Trajectory | None = None
+        self._due_s: list[float] = []
+        self._pitches_deg: list[float] = []
+        self._open: list[_Order] = []
+        self._newest: int | None = None
+        self._runs = False
+        self._answered = True
+        self._tells_due_us = 0
+        self._tilts_due_us = 0
+        self._tilt_deg = 0.0
+        self._tilted = False
+
+    @property
+    def planned_n(self) -> int:
+        """How many shots the route has."""
+        return len(self._due_s)
+
+    @property
+    def missed(self) -> tuple[int, ...]:
+        """The shots that were commanded and never taken."""
+        taken = {picture.shot for picture in self.pictures}
+        return tuple(shot for shot in range(self.commanded_n) if shot not in taken)
+
+    def tick(self) -> bytes:
+        """What camera and gimbal are to be told now."""
+        s = self._s
+        if s.trajectory is not self._route and s.trajectory is not None:
+            self._route = s.trajectory
+            self._due_s = list(map(float, self._orders.due_s(s.trajectory)))
+            pitches_rad = s.trajectory.sampled(_PITCH_S).gimbal_pitch_rad
+            self._pitches_deg = list(map(float, np.degrees(pitches_rad)))
+        path_t_s = s.path_t_s
+        on_it = path_t_s == path_t_s  # else off the trajectory, NaN
+        told = b""
+        if self._orders.trigger == "distance":
+            told = self._by_distance(on_it and self._due_s[0] <= path_t_s <= self._due_s[-1])
+        elif self._orders.trigger != "none":
+            told = self._again()
+            if on_it and self.commanded_n < len(self._due_s) and path_t_s >= self._due_s[self.commanded_n]:
+                told += self._shoot(self.commanded_n)
+                self.commanded_n += 1
+        if self._orders.gimbal and on_it and s.now_us >= self._tilts_due_us:
+            told += self._tilt(path_t_s)
+        return told
+
+    def heard(self, message: Message) -> None:
+        """Take in what the camera or the vehicle has answered."""
+        if isinstance(message, ImageCaptured):
+            if message.taken and (self._newest is None or message.image_index > self._newest):
+                unheard_n = 0 if self._newest is None else message.image_index - self._newest - 1
+                self._newest = message.image_index
+                self._taken(message.time_boot_ms * 1e-3, unheard_n)
+        elif isinstance(message, CommandAck):
+            if message.command == Command.IMAGE_START_CAPTURE and message.result == Result.ACCEPTED:
+                for order in [order for order in self._open if not order.accepted][:1]:
+                    order.accepted = True
+            elif message.command == Command.DO_SET_CAM_TRIGG_DIST:
+                self._answered = True
+            elif message.command == self._s.profile.gimbal(0.0)[0]:
+                self._tilted = True
+
+    def _taken(self, vehicle_s: float, unheard_n: int) -> None:
+        """A picture was taken then, and `unheard_n` others since the last that was told."""
+        if self._orders.trigger == "distance":
+            self.pictures.append(Picture(-1, vehicle_s))
+            return
+        before = [order for order in self._open if order.vehicle_s <= vehicle_s + _EARLY_S]
+        if not before:
+            return
+        *earlier, this = before
+        for order in earlier:
+            self._open.remove(order)
+            if order.accepted or order in earlier[len(earlier) - unheard_n :]:
+                self.pictures.append(Picture(order.shot, order.vehicle_s))
+            else:
+                self._s.tell("warning", f"shot {order.shot + 1} was not taken")
+        self._open.remove(this)
+        self.pictures.append(Picture(this.shot, vehicle_s))
+
+    def _shoot(self, shot: int) -> bytes:
+        s = self._s
+        self._open.append(_Order(shot, s.clock.at(s.now_us) * 1e-6, s.now_us + _AGAIN_US))
+        return self._commanded(shot)
+
+    def _again(self) -> bytes:
+        if self._orders.trigger == "digicam" or not self._open:
+            return b""
+        self._settle()
+        if not self._open:
+            return b""
+        newest = self._open[-1]
+        if self._s.now_us < newest.again_us or newest.tries_n >= _TRIES_N:
+            return b""
+        newest.tries_n += 1
+        newest.again_us = self._s.now_us + _AGAIN_US
+        return self._commanded(newest.shot)
+
+    def _settle(self) -> None:
+        """A shot that was accepted long ago was taken, though nobody told: we know when it was commanded."""
+        now_s = self._s.clock.at(self._s.now_us) * 1e-6
+        for order in tuple(self._open):
+            if order.accepted and now_s - order.vehicle_s > _UNTOLD_S:
+                self._open.remove(order)
+                self.pictures.append(Picture(order.shot, order.vehicle_s))
+
+    def _commanded(self, shot: int) -> bytes:
+        if self._orders.trigger == "digicam":
+            return self._s.link.command(Command.DO_DIGICAM_CONTROL, 0.0, 0.0, 0.0, 0.0, 1.0)
+        return self._s.link.command(
+            Command.IMAGE_START_CAPTURE, 0.0, 0.0, 1.0, shot + 1.0, component=CAMERA_ID
+        )
+
+    def _by_distance(self, runs: bool) -> bytes:
+        s = self._s
+        if runs is self._runs:
+            if self._answered or s.now_us < self._tells_due_us:
+                return b""
+        else:
+            self._runs, self._answered = runs, False
+        self._tells_due_us = s.now_us + _AGAIN_US
+        metres = self._orders.spacing_m if runs else 0.0
+        return s.link.command(Command.DO_SET_CAM_TRIGG_DIST, metres, 0.0, 1.0 if runs else 0.0)
+
+    def _tilt(self, path_t_s: float) -> bytes:
+        s = self._s
+        self._tilts_due_us = s.now_us + _TILT_EVERY_US
+        pitch_deg = self._pitches_deg[min(round(path_t_s / _PITCH_S), len(self._pitches_deg) - 1)]
+        if self._tilted and abs(pitch_deg - self._tilt_deg) < _TILT_DEG:
+            return b""
+        self._tilt_deg, self._tilted = pitch_deg, False
+        command, params = s.profile.gimbal(pitch_deg)
+        return s.link.command(command, *params)

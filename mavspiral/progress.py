@@ -1,0 +1,145 @@
+"""How far an inspection has come: what its journal holds, held against its plan."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mavspiral.arrays import FloatArray
+from mavspiral.errors import InputError
+from mavspiral.flight.flight_log import FlightLog
+from mavspiral.flight.journal import read_journal
+from mavspiral.flight.shutter import Picture
+from mavspiral.planner import Inspection
+from mavspiral.sorties import Sortie
+from mavspiral.survey.shots import Shots, flown_shots, shots_at
+
+__all__ = [
+    "DONE_S",
+    "Progress",
+    "captured_shots",
+    "estimated_shots",
+    "inspected_s",
+    "progress_of",
+    "together",
+]
+
+DONE_S = 0.1
+"""So near its end the inspection is done."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Progress:
+    """Earlier flights of an inspection.
+
+    Args:
+        flights_n: how many there were.
+        done_s: to where it is flown, of the inspection's own time.
+        logs: of those that came off the ground.
+        shots: what they saw, from where they believed to be.
+    """
+
+    flights_n: int = 0
+    done_s: float = 0.0
+    logs: tuple[FlightLog, ...] = ()
+    shots: tuple[Shots, ...] = ()
+
+
+def progress_of(inspection: Inspection, path: Path) -> Progress:
+    """What the flights in the journal at `path` have done of `inspection` since one last took off to begin it afresh.
+
+    Raises:
+        InputError: there is no journal, it is of another plan, or nothing is left to fly.
+    """
+    journaled = [flight for flight in read_journal(path) if len(flight.rows)]  # the others never took off
+    afresh = [i for i, flight in enumerate(journaled) if not flight.begin["resumes"]]
+    chain = journaled[afresh[-1] :] if afresh else journaled
+    done_s, logs, shots = 0.0, list[FlightLog](), list[Shots]()
+    for flight in chain:
+        if (flown := flight.begin["digest"]) != inspection.digest:
+            raise InputError(
+                f"{path}: holds flights of another plan (digest {flown}, now {inspection.digest}). "
+                "Fix: resume with the mission and the map that were flown, or begin afresh without --resume"
+            )
+        log = flight.log(inspection.site.heights.frame)
+        if log is None or flight.place is None:
+            continue
+        sortie = inspection.sortie(flight.begin["begin_s"], flight.begin["end_s"])
+        begins_s = flight.place["inspection_s"]
+        done_s = max(done_s, inspected_s(log, sortie, begins_s))
+        logs.append(log)
+        shots.append(estimated_shots(inspection, sortie, log, begins_s, flight.pictures))
+    if done_s >= inspection.duration_s - DONE_S:
+        raise InputError(f"{path}: nothing is left to fly. Fix: begin afresh without --resume")
+    return Progress(len(chain), done_s, tuple(logs), tuple(shots))
+
+
+def estimated_shots(
+    inspection: Inspection,
+    sortie: Sortie,
+    log: FlightLog,
+    begins_s: float,
+    pictures: tuple[Picture, ...],
+) -> Shots:
+    """What a flight shot, from where the vehicle believed to be; its inspection began at the path time `begins_s`.
+
+    The pictures that were taken; the planned shots that it came by where nobody commands the camera.
+    """
+    if inspection.mission.camera.trigger != "none":
+        return captured_shots(
+            log,
+            pictures,
+            log.estimate_position_enu_m,
+            log.estimate_yaw_enu_rad,
+            inspection.pitch_on(sortie, log.path_t_s - begins_s),
+        )
+    known = np.isfinite(log.estimate_position_enu_m).all(axis=1) & np.isfinite(log.estimate_yaw_enu_rad)
+    planned_s = (
+        sortie.inspection_s(log.path_t_s[known] - begins_s) + inspection.trajectory.span_s("inspection")[0]
+    )
+    return flown_shots(
+        inspection.shots,
+        planned_s,
+        log.estimate_position_enu_m[known],
+        np.unwrap(log.estimate_yaw_enu_rad[known]),
+    )
+
+
+def captured_shots(
+    log: FlightLog,
+    pictures: tuple[Picture, ...],
+    position_enu_m: FloatArray,
+    yaw_enu_rad: FloatArray,
+    pitch_rad: FloatArray,
+) -> Shots:
+    """The pictures from where the vehicle was when they were taken: rows of poses, one for each of the log's."""
+    known = np.isfinite(position_enu_m).all(axis=1) & np.isfinite(yaw_enu_rad)
+    taken_s = np.array(sorted(picture.vehicle_s for picture in pictures), dtype=np.float64)
+    if not known.any():
+        return Shots(np.empty(0), np.empty((0, 3)), np.empty(0), np.empty(0))
+    return shots_at(
+        taken_s,
+        np.maximum.accumulate(log.vehicle_s[known]),
+        position_enu_m[known],
+        np.unwrap(yaw_enu_rad[known]),
+        pitch_rad[known],
+    )
+
+
+def together(shots: tuple[Shots, ...]) -> Shots:
+    """All of them in a row."""
+    return Shots(
+        np.concatenate([s.t_s for s in shots]),
+        np.concatenate([s.position_enu_m for s in shots]),
+        np.concatenate([s.yaw_enu_rad for s in shots]),
+        np.concatenate([s.pitch_rad for s in shots]),
+    )
+
+
+def inspected_s(log: FlightLog, sortie: Sortie, begins_s: float) -> float:
+    """To where of the inspection's own time a flight came; 0 if it never reached it."""
+    since_s = float(np.nanmax(log.path_t_s, initial=-math.inf)) - begins_s
+    return float(sortie.inspection_s(min(since_s, float(sortie.flown_s[-1])))) if since_s > 0.0 else 0.0

@@ -1,0 +1,256 @@
+"""An inspection in sorties: which stretch of it each battery flies, and the legs of that stretch.
+
+The inspection is all that lies between the way to it and the way back. Its own time, `…_s` here, is as planned
+in one go and begins with its first leg, wherever home is. A stretch is the same curve, cut, and timed anew from
+rest to rest; nothing is fitted again. Cuts are at shots, and every sortie but the first begins some shots
+before the last one ended.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mavspiral.arrays import FloatArray, locked
+from mavspiral.curve import Path
+from mavspiral.errors import LimitError
+from mavspiral.motion.law import TimeLaw
+from mavspiral.motion.trajectory import Leg, Trajectory, belongs
+from mavspiral.motion.turn import Gaze
+
+__all__ = [
+    "OVERLAP_SHOTS_N",
+    "Sortie",
+    "digest_of",
+    "overlapping_s",
+    "plan_sorties",
+    "stretch",
+]
+
+OVERLAP_SHOTS_N = 3
+"""A sortie begins so many shots before the last one ended.
+
+Two shots tie the pictures of both: at a side overlap of 0.6 pictures two apart still share a fifth. The third is for
+what a killed process may not have written down.
+"""
+
+Retime = Callable[[Path, Gaze], TimeLaw]
+"""The law from rest to rest on a curve."""
+
+_MOMENT_S = 0.05
+_CUTS_N = 64
+"""At so many places a cut is thought of: the way home is short on one side of a tower and leads over it on the other."""
+
+_HALVINGS_N = 20
+_DIGEST_N = 500
+_MORE_N = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sortie:
+    """The stretch of the inspection from `begin_s` to `end_s` of its own time, and the legs that fly it.
+
+    The i-th of `planned_s` (n,) is the inspection's own time when `flown_s` (n,) have passed on the legs.
+    """
+
+    begin_s: float
+    end_s: float
+    legs: tuple[Leg, ...]
+    flown_s: FloatArray
+    planned_s: FloatArray
+
+    def __post_init__(self) -> None:
+        """Copies, checks and locks the tables."""
+        for name in ("flown_s", "planned_s"):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(None,), name=name))
+
+    def inspection_s(self, t_s: FloatArray | list[float] | float) -> FloatArray:
+        """The inspection's own time, `t_s` after the first of the legs has begun; NaN before and after them."""
+        return np.asarray(np.interp(t_s, self.flown_s, self.planned_s, left=np.nan, right=np.nan))
+
+
+def shots_on(sortie: Sortie, shots_s: FloatArray, route: Trajectory) -> FloatArray:
+    """The path times on `route` of those shots, `(n,)` of the inspection's own time, that the sortie flies."""
+    within = shots_s[(shots_s >= sortie.begin_s - _MOMENT_S) & (shots_s <= sortie.end_s + _MOMENT_S)]
+    flown_s = np.interp(within, sortie.planned_s, sortie.flown_s)
+    begins_s, ends_s = route.span_s("inspection")
+    return np.clip(begins_s + flown_s, begins_s, ends_s - _MOMENT_S / 2)
+
+
+def digest_of(legs: tuple[Leg, ...], shots_s: FloatArray) -> str:
+    """Sixteen hex digits that change with where and when the inspection is flown, by a millimetre or so, and its shots."""
+    told = hashlib.sha256()
+    for leg in legs:
+        u = leg.law(np.linspace(0.0, leg.law.duration_s, _DIGEST_N))
+        told.update(leg.name.encode())
+        for values in (leg.path(u), leg.gaze(u), np.array([leg.law.duration_s])):
+            told.update(np.round(np.asarray(values) * 1e3).astype("<i8").tobytes())
+    told.update(np.round(shots_s * 1e3).astype("<i8").tobytes())
+    return told.hexdigest()[:16]
+
+
+def overlapping_s(shots_s: FloatArray, done_s: float) -> float:
+    """When to begin again after `done_s`: `OVERLAP_SHOTS_N` before its last shot of those at `shots_s` (n,), or 0."""
+    last = int(np.searchsorted(shots_s, done_s + _MOMENT_S)) - 1
+    return float(shots_s[last - OVERLAP_SHOTS_N]) if last >= OVERLAP_SHOTS_N else 0.0
+
+
+def stretch(legs: tuple[Leg, ...], begin_s: float, end_s: float, retime: Retime) -> Sortie:
+    """The part of the inspection `legs` from `begin_s` to `end_s`. Whole legs stay as they are.
+
+    Raises:
+        ValueError: it holds nothing to inspect.
+    """
+    pieces: list[tuple[Leg, FloatArray]] = []
+    start_s = 0.0
+    for leg in legs:
+        first_s, last_s = max(begin_s - start_s, 0.0), min(end_s - start_s, leg.law.duration_s)
+        if last_s - first_s > _MOMENT_S:
+            pieces.append(_piece(leg, first_s, last_s, start_s, retime))
+        start_s += leg.law.duration_s
+    while pieces and not belongs(pieces[0][0].name, "inspection"):
+        pieces.pop(0)
+    while pieces and not belongs(pieces[-1][0].name, "inspection"):
+        pieces.pop()
+    if not pieces:
+        raise ValueError(f"nothing is inspected from {begin_s:.2f} to {end_s:.2f} s")
+    begins_s = np.cumsum([0.0, *(leg.law.duration_s for leg, _ in pieces)])
+    flown_s = [begin_s + _knots_s(leg.law) for begin_s, (leg, _) in zip(begins_s, pieces, strict=False)]
+    planned_s = [planned for _, planned in pieces]
+    return Sortie(
+        float(planned_s[0][0]),
+        float(planned_s[-1][-1]),
+        tuple(leg for leg, _ in pieces),
+        np.concatenate(flown_s),
+        np.concatenate(planned_s),
+    )
+
+
+def plan_sorties(
+    legs: tuple[Leg, ...],
+    shots_s: FloatArray,
+    *,
+    endurance_s: float,
+    flight_s: Callable[[Sortie], float],
+    retime: Retime,
+    begin_s: float = 0.0,
+) -> tuple[Sortie, ...]:
+    """The fewest sorties of about equal length that fly the inspection from `begin_s` to its end.
+
+    Args:
+        legs: the inspection: passes and the ways between them.
+        shots_s: its shots, in its own time, rising.
+        endurance_s: what no flight may exceed.
+        flight_s: how long a sortie takes from home to home.
+        retime: the law for a cut leg.
+        begin_s: where the inspection goes on.
+
+    Raises:
+        LimitError: however short, a sortie takes longer than `endurance_s`.
+    """
+    whole = stretch(legs, begin_s, sum(leg.law.duration_s for leg in legs), retime)
+    if flight_s(whole) <= endurance_s:
+        return (whole,)
+    shots_s = shots_s[shots_s >= begin_s - _MOMENT_S]
+    cuts = np.unique(np.linspace(0, len(shots_s) - 1, _CUTS_N).astype(int))
+    flights_s = [flight_s(stretch(legs, *_beside(shots_s, cut), retime)) for cut in cuts]
+    ways_s = np.interp(np.arange(len(shots_s)), cuts, flights_s)
+    least_n = len(_filled(shots_s, ways_s, cuts, endurance_s))
+    for count in range(least_n, least_n + _MORE_N) if least_n else ():
+        rows = _even(shots_s, ways_s, cuts, count)
+        sorties = tuple(stretch(legs, shots_s[a], shots_s[b], retime) for a, b in rows)
+        if max(map(flight_s, sorties)) <= endurance_s:
+            return sorties
+    raise LimitError(
+        f"[vehicle] endurance_s = {endurance_s:g} leaves nothing to inspect: the way there and back alone takes "
+        f"{min(flights_s):.0f} to {max(flights_s):.0f} s. "
+        "Fix: a home nearer to the building, a smaller band (bottom_m, top_m), or another battery"
+    )
+
+
+def _beside(shots_s: FloatArray, row: int) -> tuple[float, float]:
+    """A moment of the inspection at a shot: about what there and back takes, and no more."""
+    begin_s = min(float(shots_s[row]), float(shots_s[-1]) - 3 * _MOMENT_S)
+    return begin_s, begin_s + 3 * _MOMENT_S
+
+
+def _even(
+    shots_s: FloatArray, ways_s: FloatArray, cuts: NDArray[np.intp], count: int
+) -> list[tuple[int, int]]:
+    """At most `count` sorties whose longest is as short as can be."""
+    shortest_s, longest_s = 0.0, float(shots_s[-1] - shots_s[0] + ways_s.max())
+    for _ in range(_HALVINGS_N):
+        each_s = (shortest_s + longest_s) / 2
+        if 0 < len(_filled(shots_s, ways_s, cuts, each_s)) <= count:
+            longest_s = each_s
+        else:
+            shortest_s = each_s
+    return _filled(shots_s, ways_s, cuts, longest_s)
+
+
+def _filled(
+    shots_s: FloatArray, ways_s: FloatArray, cuts: NDArray[np.intp], each_s: float
+) -> list[tuple[int, int]]:
+    """Sorties of at most `each_s`, first and last shot of each, as long as they come; none if that is too short."""
+    rows: list[tuple[int, int]] = []
+    first = 0
+    while True:
+        flights_s = shots_s[cuts] - shots_s[first] + (ways_s[first] + ways_s[cuts]) / 2
+        within = cuts[(flights_s <= each_s) & (cuts > first + OVERLAP_SHOTS_N)]
+        if not len(within):
+            return []
+        rows.append((first, int(within[-1])))
+        if within[-1] == len(shots_s) - 1:
+            return rows
+        first = int(within[-1]) - OVERLAP_SHOTS_N
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _PathPiece:
+    """`path` from the phase `u_begin_rad` on, for `u_end_rad`."""
+
+    path: Path
+    u_begin_rad: float
+    u_end_rad: float
+
+    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
+        return self.path(np.asarray(u_rad, dtype=np.float64) + self.u_begin_rad, order)
+
+    def jet(self, u_rad: ArrayLike) -> FloatArray:
+        return self.path.jet(np.asarray(u_rad, dtype=np.float64) + self.u_begin_rad)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _GazePiece:
+    """`gaze` from the phase `u_begin_rad` on."""
+
+    gaze: Gaze
+    u_begin_rad: float
+
+    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
+        return self.gaze(np.asarray(u_rad, dtype=np.float64) + self.u_begin_rad, order)
+
+    def jet(self, u_rad: ArrayLike) -> FloatArray:
+        return self.gaze.jet(np.asarray(u_rad, dtype=np.float64) + self.u_begin_rad)
+
+
+def _piece(leg: Leg, first_s: float, last_s: float, start_s: float, retime: Retime) -> tuple[Leg, FloatArray]:
+    """The leg between two of its own times, and when the plan comes to each knot of its law."""
+    if last_s - first_s >= leg.law.duration_s:
+        return leg, start_s + _knots_s(leg.law)
+    u_begin_rad, u_end_rad = leg.law([first_s, last_s])
+    path = _PathPiece(leg.path, float(u_begin_rad), float(u_end_rad - u_begin_rad))
+    gaze = _GazePiece(leg.gaze, float(u_begin_rad))
+    law = retime(path, gaze)
+    planned_s = np.interp(u_begin_rad + law.phase_rad, leg.law.phase_rad, _knots_s(leg.law))
+    pitch = _GazePiece(leg.gimbal_pitch, float(u_begin_rad))
+    return replace(leg, path=path, gaze=gaze, law=law, gimbal_pitch=pitch), start_s + planned_s
+
+
+def _knots_s(law: TimeLaw) -> FloatArray:
+    knots_s: FloatArray = law.step_s * np.arange(len(law.phase_rad), dtype=np.float64)
+    return knots_s

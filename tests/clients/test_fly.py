@@ -1,0 +1,122 @@
+"""`mavspiral fly` as a user runs it, over UDP against the bundled vehicle: killed in mid-inspection, and going on."""
+
+import itertools
+import json
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+from pymavlink import mavutil
+
+from mavspiral.flight.journal import read_journal
+from mavspiral.survey.solids import Solids
+
+ROOT = Path(__file__).parents[2]
+FLIES_S = 200.0
+
+
+class Flying:
+    """A `fly` of the kiosk, and what it has said."""
+
+    def __init__(self, vehicle, out, *options, mission="missions/kiosk.toml"):
+        url = f"udpin://127.0.0.1:{vehicle.offboard_port}"
+        command = ["-m", "mavspiral.cli", "fly", str(mission), "--connect", url, "--yes", "--out", str(out)]
+        self.process = subprocess.Popen(
+            [sys.executable, *command, *options],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.lines = []
+        self._came = threading.Condition()
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def _listen(self):
+        for line in itertools.chain(self.process.stdout, [None]):
+            with self._came:
+                self.lines.append("(over)" if line is None else line.rstrip())
+                self._came.notify_all()
+
+    def wait_for(self, words):
+        with self._came:
+            self._came.wait_for(
+                lambda: any(words in line or line == "(over)" for line in self.lines), FLIES_S
+            )
+        assert any(words in line for line in self.lines), "\n".join(self.lines)
+
+    def end(self):
+        code = self.process.wait(FLIES_S)
+        return code, self.process.stderr.read()
+
+
+def landed(vehicle, count):
+    """Wait until the vehicle has disarmed `count` times."""
+    until = time.monotonic() + FLIES_S
+    while sum("disarm" in line.lower() for line in vehicle.lines) < count:
+        assert time.monotonic() < until, vehicle.lines
+        time.sleep(0.1)
+
+
+def rows_n(path):
+    return sum(len(flight.rows) for flight in read_journal(path))
+
+
+def test_killed_in_mid_inspection_it_resumes_and_every_wall_is_seen(start_vehicle, tmp_path):
+    vehicle = start_vehicle("--speedup", "8")
+    flying = Flying(vehicle, tmp_path)
+    flying.wait_for("leg inspection")
+    time.sleep(4.0)  # a third of it or so
+    before_s = time.time()
+    flying.process.kill()
+    assert flying.end()[0] == -signal.SIGKILL
+    [killed] = read_journal(tmp_path / "kiosk.journal")
+    assert killed.end is None and killed.events
+    last_row_s = (killed.begin["unix_us"] + killed.rows[-1, 0]) * 1e-6
+    assert before_s - last_row_s < 1.0, "at most a second of log is lost"
+    assert (tmp_path / "kiosk.tlog").stat().st_size > 100_000
+    landed(vehicle, 1)
+
+    answer = Flying(vehicle, tmp_path, "--resume", "--json")
+    code, errors = answer.end()
+    summary = json.loads(answer.lines[0])
+    assert code == 0, (summary["failures"], errors)
+    assert summary["inspected"]["flights"] == 2
+    assert summary["coverage"]["walls"] > 0.99
+    _, second = read_journal(tmp_path / "kiosk.journal")
+    assert 0.0 < second.begin["begin_s"] < second.begin["end_s"] and second.end["ok"]
+    for number in ("", ".1"):
+        assert (tmp_path / f"kiosk{number}.flight.npz").stat().st_size > 10_000
+
+
+def test_a_hung_process_leaves_the_vehicle_to_its_own_failsafe_and_clear_of_the_building(
+    start_vehicle, planned, tmp_path
+):
+    vehicle = start_vehicle("--speedup", "6")
+    listener = mavutil.mavlink_connection(f"udpin:127.0.0.1:{vehicle.gcs_port}", source_system=255)
+    flying = Flying(vehicle, tmp_path, "--set-failsafes")
+    flying.wait_for("leg inspection")
+    time.sleep(2.0)
+    flying.process.send_signal(signal.SIGSTOP)
+    places, until = [], time.monotonic() + FLIES_S
+    while sum("disarm" in line.lower() for line in vehicle.lines) < 1 and time.monotonic() < until:
+        message = listener.recv_match(type="GLOBAL_POSITION_INT", blocking=True, timeout=1.0)
+        if message is not None:
+            places.append((message.lat / 1e7, message.lon / 1e7, message.alt / 1e3))
+    flying.process.send_signal(signal.SIGCONT)
+    code, _ = flying.end()
+    listener.close()
+    assert any("failsafe" in line.lower() for line in vehicle.lines), vehicle.lines
+    inspection = planned("kiosk")
+    heights = inspection.site.heights
+    flown_enu_m = heights.frame.to_enu(*np.array(places).T)
+    assert flown_enu_m[:, 2].max() > inspection.safe_height_enu_m - 1.0, "it returned above the building"
+    assert Solids.of_map(heights).distance_m(flown_enu_m).min() > inspection.mission.vehicle.radius_m + 1.0
+    assert np.linalg.norm(flown_enu_m[-1] - inspection.home_enu_m) < 3.0
+    assert code != 0
+    armed_n = sum("Armed by" in line for line in vehicle.lines)
+    assert armed_n == 1, "awake again, it does not fly on"

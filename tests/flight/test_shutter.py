@@ -1,0 +1,134 @@
+"""Shots commanded along the path: each once, lost packets or not, and what was taken is known."""
+
+import numpy as np
+import pytest
+from fake_flight import Air, fly, make_session
+from fake_px4 import FakePx4
+from pymavlink.dialects.v20 import common as mavlink
+
+from mavspiral.flight.messages import Command
+from mavspiral.flight.outcome import State
+from mavspiral.flight.shutter import CAMERA_ID, ShotOrders
+
+DUE_S = np.array([6.0, 8.0, 11.0, 20.0, 26.0])
+
+
+class WithCamera(FakePx4):
+    """A vehicle whose camera has an address of its own and takes each number once."""
+
+    def __init__(self, *args, deaf_n=0):
+        super().__init__(*args)
+        self.shots, self.triggers, self.tilts, self.deaf_n = [], [], [], deaf_n
+
+    def _on_command_long(self, m):
+        if m.target_component == CAMERA_ID:
+            if self.deaf_n:
+                self.deaf_n -= 1
+                return
+            if m.param4 not in [number for number, _ in self.shots]:
+                self.shots.append((m.param4, self._boot_us * 1e-6))
+                self._image()
+            ack = mavlink.MAVLink_command_ack_message(m.command, 0)
+            frame = ack.pack(mavlink.MAVLink(None, 1, CAMERA_ID))
+            self._out.append(frame)
+            return
+        super()._on_command_long(m)
+
+    def _image(self):
+        self._send(
+            mavlink.MAVLink_camera_image_captured_message(
+                self._boot_ms(), 0, 0, 0, 0, 0, 0, (1.0, 0.0, 0.0, 0.0), len(self.shots) - 1, 1, b""
+            )
+        )
+
+    def _command_203(self, m):
+        assert m.param5 == 1.0
+        self.shots.append((0.0, self._boot_us * 1e-6))
+        self._image()
+        return 0
+
+    def _command_206(self, m):
+        self.triggers.append((self._boot_us * 1e-6, m.param1))
+        return 0
+
+    def _command_1000(self, m):
+        self.tilts.append(m.param1)
+        return 0
+
+
+@pytest.fixture
+def vehicle(px4):
+    return WithCamera(px4.origin, px4.position)
+
+
+def shooting(trigger, gimbal=False):
+    return make_session(shots=ShotOrders(trigger, 3.0, gimbal, lambda _: DUE_S))
+
+
+def due_vehicle_s(session):
+    """When path time came to each shot, on the vehicle's clock: from the log."""
+    log = session.log()
+    on_it = np.isfinite(log.path_t_s)
+    return np.interp(DUE_S, log.path_t_s[on_it], log.vehicle_s[on_it])
+
+
+@pytest.mark.parametrize("trigger", ["camera", "digicam"])
+def test_each_shot_is_taken_once_at_its_time_along_the_path(vehicle, trigger):
+    session = shooting(trigger)
+    fly(session, vehicle)
+    taken_s = np.array([t for _, t in vehicle.shots])
+    assert len(taken_s) == len(DUE_S)
+    assert np.abs(taken_s - due_vehicle_s(session)).max() < 0.06
+    assert [p.shot for p in session.pictures] == [0, 1, 2, 3, 4] and session.missed_shots == ()
+    assert np.allclose([p.vehicle_s for p in session.pictures], taken_s, atol=0.01)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_on_a_bad_link_no_picture_is_missing_and_none_is_double(vehicle, seed):
+    session = shooting("camera")
+    fly(session, vehicle, up=Air(seed, loss=0.3), down=Air(seed + 9, loss=0.3))
+    assert session.outcome.ok
+    assert [number for number, _ in vehicle.shots] == [1.0, 2.0, 3.0, 4.0, 5.0]
+    assert [p.shot for p in session.pictures] == [0, 1, 2, 3, 4]
+
+
+def test_a_camera_that_does_not_answer_costs_that_shot_and_it_is_said(vehicle):
+    vehicle.deaf_n = 4
+    session = shooting("camera")
+    fly(session, vehicle)
+    assert session.missed_shots == (0,) and session.outcome.ok
+    assert "shot 1 was not taken" in [event.text for event in session.events]
+
+
+def test_by_distance_it_begins_with_the_first_shot_and_ends_after_the_last(vehicle):
+    session = shooting("distance")
+    fly(session, vehicle)
+    begin_s, *_, end_s = due_vehicle_s(session)
+    [(on_s, spacing_m), (off_s, none)] = vehicle.triggers
+    assert (spacing_m, none) == (3.0, 0.0)
+    assert on_s == pytest.approx(begin_s, abs=0.06) and off_s == pytest.approx(end_s, abs=0.06)
+
+
+def test_a_flight_that_is_given_up_switches_the_trigger_off(vehicle):
+    session = shooting("distance")
+    fly(session, vehicle, until=lambda: session.path_t_s > 12)
+    session.stop()
+    fly(session, vehicle, until=lambda: session.state is State.HOLD)
+    session.stop()
+    fly(session, vehicle, until=lambda: session.state is State.RETURN)
+    fly(session, vehicle, until=lambda: len(vehicle.triggers) > 1, limit_s=3.0)
+    assert vehicle.triggers[-1][1] == 0.0
+
+
+def test_with_none_nothing_is_commanded(vehicle):
+    session = shooting("none")
+    fly(session, vehicle)
+    told = {m.command for _, m in vehicle.commands}
+    assert not told & {Command.IMAGE_START_CAPTURE, Command.DO_DIGICAM_CONTROL, Command.DO_SET_CAM_TRIGG_DIST}
+    assert not vehicle.shots and session.outcome.ok
+
+
+def test_the_gimbal_is_levelled_once_where_the_plan_is_level(vehicle):
+    session = shooting("none", gimbal=True)
+    fly(session, vehicle)
+    assert vehicle.tilts == [0.0]
