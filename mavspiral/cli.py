@@ -214,14 +214,19 @@ def upload(
         str,
         typer.Option("--connect", help="The vehicle, as MAVSDK or pymavlink spell it: udpin://0.0.0.0:14540"),
     ],
+    signing: Annotated[
+        Path | None, typer.Option("--signing", help="A key file: sign all, and refuse what is not signed.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Upload mission, fence and rally points, read them back and compare them item by item."""
     from mavspiral.export.check.plan_json import read_plan_json
+    from mavspiral.flight.signing import read_key
     from mavspiral.uploads import upload as upload_plan
 
+    key = None if signing is None else read_key(signing)
     document = _planned_document(source) if source.suffix == ".toml" else read_plan_json(source)
-    uploaded = upload_plan(document, connect)
+    uploaded = upload_plan(document, connect, signing_key=key)
     if as_json:
         print(json.dumps(uploaded.summary(), ensure_ascii=False, allow_nan=False))
     else:
@@ -240,7 +245,10 @@ def _planned_document(path: Path) -> dict[str, Any]:
     from mavspiral.planner import plan as make_plan
 
     inspection = make_plan(_load(path))
-    documents = inspection_documents(inspection, inspection_missions(inspection))
+    handover = inspection_missions(inspection)
+    if handover.refusals:
+        raise LimitError(f"{path}: {handover.refusals[0]}")
+    documents = inspection_documents(inspection, handover)
     if len(documents) > 1:
         raise InputError(
             f"{path}: the mission is in {len(documents)} sorties. Fix: `mavspiral plan`, then upload the .plan of the one to fly"

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mavspiral.export.fitting import Fit
 from mavspiral.export.geo import trajectory_kml
 from mavspiral.export.geojson import flight_geojson
 from mavspiral.export.tables import photos_csv, trajectory_csv
 from mavspiral.export.waypoints import waypoints_text
 from mavspiral.files import write_bytes, write_json, write_text
-from mavspiral.handover import inspection_documents, inspection_missions, mission_warnings
+from mavspiral.handover import Handover, inspection_documents, inspection_missions, mission_warnings
 from mavspiral.motion.trajectory import belongs
 from mavspiral.planner import Inspection
 from mavspiral.show.figures import FlownPath, Profile, write_figure
@@ -30,14 +29,14 @@ __all__ = ["write_flight", "write_live", "write_plan"]
 def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
     """The plan's files by kind: plan, waypoints, csv, photos, kml, geojson, png and json (the summary).
 
-    `summary` is told how many sorties the missions take, and what it costs to fly them.
+    `summary` is told how many missions there are, and what it costs to fly them.
     """
     mission, frame, trajectory = inspection.mission, inspection.site.heights.frame, inspection.trajectory
-    fit = inspection_missions(inspection)
-    summary["sorties"] = len(fit.missions)
-    summary["warnings"] = [*summary["warnings"], *mission_warnings(fit, mission.vehicle.max_items)]
+    handover = inspection_missions(inspection)
+    summary["missions"] = len(handover.sorties)
+    summary["warnings"] = [*summary["warnings"], *mission_warnings(handover, mission.vehicle.max_items)]
     base = folder / mission.name
-    files = _write_missions(inspection, fit, base) | {
+    files = _write_missions(inspection, handover, base) | {
         "csv": write_text(base.with_name(f"{mission.name}.csv"), trajectory_csv(trajectory, frame)),
         "photos": write_text(
             base.with_name(f"{mission.name}.photos.csv"), photos_csv(inspection.shots, frame)
@@ -66,11 +65,11 @@ def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) ->
     return names
 
 
-def _write_missions(inspection: Inspection, fit: Fit, base: Path) -> dict[str, Path]:
-    """NAME.plan and NAME.waypoints; NAME.1.plan and so on where there are several sorties."""
+def _write_missions(inspection: Inspection, handover: Handover, base: Path) -> dict[str, Path]:
+    """NAME.plan and NAME.waypoints; NAME.1.plan and so on where there are several, none where none fits."""
     files = {}
-    documents = inspection_documents(inspection, fit)
-    for number, (items, document) in enumerate(zip(fit.missions, documents, strict=True), start=1):
+    documents = inspection_documents(inspection, handover)
+    for number, (items, document) in enumerate(zip(handover.missions, documents, strict=True), start=1):
         stem, kind = (base.name, "") if len(documents) == 1 else (f"{base.name}.{number}", f"_{number}")
         files[f"plan{kind}"] = write_json(base.with_name(f"{stem}.plan"), document)
         files[f"waypoints{kind}"] = write_text(base.with_name(f"{stem}.waypoints"), waypoints_text(items))

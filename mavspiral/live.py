@@ -15,9 +15,8 @@ from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
 from mavspiral.flight.journal import JournalWriter
 from mavspiral.flight.outcome import SessionConfig, Step
-from mavspiral.flight.realtime import drive, open_transport
+from mavspiral.flight.realtime import drive, open_transport, signer_now
 from mavspiral.flight.session import Session
-from mavspiral.flight.signing import Signer
 from mavspiral.flown import LiveFlight
 from mavspiral.mission import Mission
 from mavspiral.planner import Inspection, plan
@@ -29,8 +28,6 @@ from mavspiral.survey.solids import Solids
 __all__ = ["fly"]
 
 STALE_US = 300_000
-SIGNING_EPOCH_NS = 1_420_070_400_000_000_000
-"""2015-01-01 UTC, from which MAVLink's signatures count."""
 
 
 def fly(
@@ -71,9 +68,7 @@ def fly(
     sorties = inspection.sorties(overlapping_s(inspection.shots_s, before.done_s) if resume else 0.0)
     sortie = sorties[0]
     begin_us = time.monotonic_ns() // 1000
-    signer = (
-        None if signing_key is None else Signer(signing_key, (time.time_ns() - SIGNING_EPOCH_NS) // 10_000)
-    )
+    signer = None if signing_key is None else signer_now(signing_key)
     with contextlib.closing(open_transport(url)) as transport, Recording(folder, name) as recording:
         session = Session(
             lambda home_enu_m: inspection.route_from(home_enu_m, sortie),

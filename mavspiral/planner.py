@@ -109,8 +109,10 @@ class Inspection:
         """Which inspection this is: another if it leads elsewhere, wherever its home is."""
         return digest_of(self.tour, self.shots_s)
 
-    def sorties(self, begin_s: float = 0.0) -> tuple[Sortie, ...]:
+    def sorties(self, begin_s: float = 0.0, *, endurance_s: float | None = None) -> tuple[Sortie, ...]:
         """The flights, each of one battery, that fly the inspection from `begin_s` of its own time to its end.
+
+        No flight takes longer than `endurance_s` as planned; by default, than the mission's.
 
         Raises:
             LimitError: no battery lasts for the way there and back and some shots.
@@ -124,7 +126,7 @@ class Inspection:
         return plan_sorties(
             legs,
             self.shots_s,
-            endurance_s=self.mission.vehicle.endurance_s,
+            endurance_s=self.mission.vehicle.endurance_s if endurance_s is None else endurance_s,
             flight_s=flight_s,
             retime=self._retimed,
             begin_s=begin_s,

@@ -13,7 +13,7 @@ from mavspiral.export.check.simple_item import PlanItem
 from mavspiral.flight.messages import MissionItem, MissionKind
 from mavspiral.flight.outcome import Outcome
 from mavspiral.flight.plan_upload import MissionLists
-from mavspiral.flight.realtime import drive, open_transport
+from mavspiral.flight.realtime import drive, open_transport, signer_now
 from mavspiral.flight.upload import AUTOPILOTS, Upload
 
 __all__ = ["Uploaded", "mission_lists", "upload"]
@@ -45,8 +45,10 @@ class Uploaded:
         }
 
 
-def upload(document: dict[str, Any], url: str) -> Uploaded:
+def upload(document: dict[str, Any], url: str, *, signing_key: bytes | None = None) -> Uploaded:
     """The plan on its way to the vehicle at `url`, read back and compared item by item.
+
+    With a `signing_key` (32 bytes, `read_key`) both ends sign, and what is not signed is refused.
 
     Raises:
         InputError: the plan cannot be loaded, or the URL cannot be read.
@@ -54,7 +56,8 @@ def upload(document: dict[str, Any], url: str) -> Uploaded:
     """
     lists = mission_lists(document)
     firmware = document["mission"]["firmwareType"]
-    machine = Upload(lists, int(firmware) if firmware in AUTOPILOTS else None)
+    signer = None if signing_key is None else signer_now(signing_key)
+    machine = Upload(lists, int(firmware) if firmware in AUTOPILOTS else None, signer=signer)
     transport = open_transport(url)
     try:
         outcome = drive(machine, transport)

@@ -8,15 +8,16 @@ any other.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from mavspiral.export.thinning import GRID_S, Thinned
+from mavspiral.export.thinning import Thinned
 from mavspiral.frames import GeoPoint, LocalFrame
 
-__all__ = ["Autopilot", "CameraOrders", "Item", "MissionItems", "mission_frame_item", "mission_items"]
+__all__ = ["Autopilot", "Item", "MissionItems", "mission_frame_item", "mission_items"]
 
 Autopilot = Literal["px4", "ardupilot"]
 
@@ -46,20 +47,6 @@ class Item:
     t_s: float = math.nan
 
 
-@dataclass(frozen=True, slots=True)
-class CameraOrders:
-    """What begins the pictures of a leg and what ends them, and what is done at the waypoints of the times `each_s`."""
-
-    begin: tuple[Item, ...] = ()
-    each: tuple[Item, ...] = ()
-    end: tuple[Item, ...] = ()
-    each_s: tuple[float, ...] = ()
-
-    def at(self, t_s: float) -> tuple[Item, ...]:
-        """What is done at the waypoint of that path time."""
-        return self.each if any(abs(t_s - each_s) <= GRID_S / 2 + 1e-9 for each_s in self.each_s) else ()
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class MissionItems:
     """The items of one mission, the home they are relative to, and what the waypoints leave of the curve."""
@@ -77,9 +64,9 @@ def mission_items(
     home_enu_m: np.ndarray,
     *,
     autopilot: Autopilot,
-    camera: CameraOrders,
+    camera: Mapping[int, tuple[Item, ...]],
 ) -> MissionItems:
-    """Take-off, the waypoints with speeds, aims and camera orders between them, return."""
+    """Take-off, the waypoints with speeds and aims between them and what the `camera` is told at each, return."""
     home = frame.geo_point(home_enu_m)
     radius_m = thinned.radius_m
 
@@ -95,22 +82,17 @@ def mission_items(
     above_home = np.append(home_enu_m[:2], thinned.position_enu_m[0, 2])
     items = [placed(MAV_CMD_NAV_TAKEOFF, 0.0, nan, above_home, float(thinned.t_s[0]))]
     aims, speed_mps, last = dict(thinned.aims), 0.0, len(thinned.t_s) - 1
-    for i, (position, stage) in enumerate(zip(thinned.position_enu_m, thinned.stages, strict=True)):
+    for i, position in enumerate(thinned.position_enu_m):
         onward = thinned.stages[i + 1] if i < last else None
         if i:
             p2 = round(float(radius_m[i]), 2) if autopilot == "px4" else 0.0
             items.append(placed(MAV_CMD_NAV_WAYPOINT, p2, nan, position, float(thinned.t_s[i])))
-        if i and stage.inspects:
-            items += camera.at(float(thinned.t_s[i])) if onward is stage else camera.end
-        if onward is None:
-            break
         if i in aims:
             items.append(placed(MAV_CMD_DO_SET_ROI_LOCATION, 0.0, 0.0, aims[i].point_enu_m, math.nan))
-        if abs(onward.speed_mps - speed_mps) >= SPEED_STEP_MPS:
+        if onward is not None and abs(onward.speed_mps - speed_mps) >= SPEED_STEP_MPS:
             speed_mps = onward.speed_mps
             items.append(mission_frame_item(MAV_CMD_DO_CHANGE_SPEED, 1.0, speed_mps, -1.0))
-        if onward.inspects and (onward is not stage or i == 0):
-            items += camera.begin
+        items += camera.get(i, ())
     items += [mission_frame_item(MAV_CMD_DO_SET_ROI_NONE), mission_frame_item(MAV_CMD_NAV_RETURN_TO_LAUNCH)]
     inspection_mps = max((stage.speed_mps for stage in thinned.stages if stage.inspects), default=speed_mps)
     return MissionItems(autopilot, home, tuple(items), thinned, inspection_mps)

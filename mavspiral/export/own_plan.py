@@ -28,23 +28,32 @@ SCHEMA = 1
 class OwnPlan:
     """The mission that a plan was made from, which of its sorties this is, and the path time of each item.
 
+    The sortie flies `inspection_s` of the inspection's own time; path times are those of its own route from home and back.
     A time is None for an item that belongs to no place on the path.
     """
 
     mission: Mission
     sortie: tuple[int, int]
+    inspection_s: tuple[float, float]
     item_t_s: tuple[float | None, ...]
 
 
 def own_notes(
-    mission: Mission, items: MissionItems, *, sortie: tuple[int, int], clearance_m: float, fence: str | None
+    mission: Mission,
+    items: MissionItems,
+    *,
+    sortie: tuple[int, int],
+    inspection_s: tuple[float, float],
+    clearance_m: float,
+    fence: str | None,
 ) -> dict[str, Any]:
-    """The object for the plan's root: how exact it is, and what it was made from."""
+    """The object for the plan's root: how exact it is, what it was made from, and which stretch of the inspection it flies."""
     made_from = _bare(mission)
     return {
         "schema": SCHEMA,
         "name": mission.name,
         "sortie": list(sortie),
+        "inspection_s": [round(t_s, 3) for t_s in inspection_s],
         "chord_error_m": round(items.thinned.chord_error_m, 3),
         "heading_error_deg": round(math.degrees(items.thinned.heading_error_rad), 2),
         "clearance_m": round(clearance_m, 3),
@@ -76,12 +85,16 @@ def read_own_plan(document: dict[str, Any], path: Path | None = None) -> OwnPlan
         mission = Mission.model_validate_json(json.dumps(notes["mission"]))
         times = tuple(None if t_s is None else float(t_s) for t_s in notes["item_t_s"])
         number, count = notes["sortie"]
+        begin_s, end_s = (float(t_s) for t_s in notes["inspection_s"])
         if len(times) != len(commands):
             raise InputError(f"the plan has {len(commands)} items, its notes {len(times)}")
     except (KeyError, TypeError, ValueError, ValidationError) as error:
         raise InputError(f"the plan's {KEY!r} object cannot be read ({type(error).__name__})") from None
     return OwnPlan(
-        mission if path is None else mission.model_copy(update={"path": path}), (number, count), times
+        mission if path is None else mission.model_copy(update={"path": path}),
+        (number, count),
+        (begin_s, end_s),
+        times,
     )
 
 

@@ -21,9 +21,12 @@ from typing import Protocol, TypeVar
 
 from mavspiral.errors import InputError, LinkError
 from mavspiral.flight.outcome import Outcome, Step
-from mavspiral.flight.signing import SIGNATURE_N, SIGNED
+from mavspiral.flight.signing import SIGNATURE_N, SIGNED, Signer
 
-__all__ = ["Machine", "Transport", "drive", "open_transport"]
+__all__ = ["Machine", "Transport", "drive", "open_transport", "signer_now"]
+
+SIGNING_EPOCH_NS = 1_420_070_400_000_000_000
+"""2015-01-01 UTC, from which MAVLink's signatures count."""
 
 _READ_N = 65536
 _STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -75,6 +78,11 @@ class Machine(Protocol):
 
 
 M = TypeVar("M", bound=Machine)
+
+
+def signer_now(key: bytes) -> Signer:
+    """Signs with the 32 bytes of `key` from this moment on."""
+    return Signer(key, (time.time_ns() - SIGNING_EPOCH_NS) // 10_000)
 
 
 def open_transport(url: str) -> Transport:

@@ -14,6 +14,7 @@ from mavspiral.flight.messages import Heartbeat
 from mavspiral.flight.outcome import Outcome, State, Step
 from mavspiral.flight.plan_upload import MissionLists, PlanUpload
 from mavspiral.flight.schedule import Schedule
+from mavspiral.flight.signing import Signer
 
 __all__ = ["AUTOPILOTS", "Upload"]
 
@@ -27,7 +28,10 @@ _NOBODY_US = 10_000_000
 
 
 class Upload:
-    """Uploads `lists`, which were made for the autopilot `firmware` (None: for any)."""
+    """Uploads `lists`, which were made for the autopilot `firmware` (None: for any).
+
+    With a `signer` all that goes out is signed, and what it does not accept has not come in.
+    """
 
     def __init__(
         self,
@@ -35,12 +39,13 @@ class Upload:
         firmware: int | None,
         *,
         tap: Callable[[int, bytes], None] | None = None,
+        signer: Signer | None = None,
     ) -> None:
         self.outcome: Outcome | None = None
         self.differences: tuple[str, ...] = ()
         self._lists, self._firmware = lists, firmware
         self._now_us = 0
-        self._link = Link(None if tap is None else lambda packet: tap(self._now_us, packet))
+        self._link = Link(None if tap is None else lambda packet: tap(self._now_us, packet), signer)
         self._upload: PlanUpload | None = None
         self._heartbeats = Schedule(_HEARTBEAT_US)
         self._begun_us: int | None = None
@@ -58,7 +63,7 @@ class Upload:
                     if isinstance(beat, Heartbeat) and beat.autopilot in AUTOPILOTS and self._upload is None:
                         self._upload = self._met(beat)
                 if self._upload is None and now_us - self._begun_us > _NOBODY_US:
-                    raise LinkError("no vehicle within 10 s. Fix: start it, or check the address")
+                    raise self._nobody()
             elif self.outcome is None:
                 out = self._upload.step(now_us, messages)
                 if self._upload.done:
@@ -76,6 +81,14 @@ class Upload:
     def link_broke(self, reason: str) -> None:
         """The link is gone for good, says whoever drives us."""
         self._conclude(reason, LinkError.exit_code)
+
+    def _nobody(self) -> LinkError:
+        if self._link.refused_n:
+            return LinkError(
+                f"no vehicle within 10 s that signs with our key: {self._link.refused_n} frames refused. "
+                "Fix: the vehicle's own key as --signing"
+            )
+        return LinkError("no vehicle within 10 s. Fix: start it, or check the address")
 
     def _met(self, beat: Heartbeat) -> PlanUpload:
         if self._firmware is not None and beat.autopilot != self._firmware:
