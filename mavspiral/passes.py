@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from mavspiral.curve import Path
+from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import LEVEL, Leg
@@ -20,6 +21,8 @@ __all__ = ["Kind", "Pass", "Piece", "flown_in_order", "tour_of"]
 
 Kind = Literal["spiral", "courtyard", "facade", "roof"]
 LENGTH_SAMPLES = 20_000
+ROOF_SLACK = 1.001
+"""Of 120 roofs at random two asked for more jerk than allowed, by 0.14 % at the most: 0.05 % of time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,12 +83,18 @@ def flown_in_order(pieces: Sequence[Piece], pace: Limits) -> tuple[Pass, ...]:
                 "inspection" if lone else f"inspection-{piece.name.replace(' ', '-')}",
                 piece.path,
                 piece.gaze,
-                fastest_law(piece.path, piece.gaze, pace),
+                _law(piece, pace),
                 piece.gimbal_pitch,
             ),
         )
         for piece in pieces
     )
+
+
+def _law(piece: Piece, pace: Limits) -> TimeLaw:
+    """The fastest law; above a roof, whose heights bend within a few metres, what a law overlooks between its rows is added."""
+    law = fastest_law(piece.path, piece.gaze, pace)
+    return law.stretched(ROOF_SLACK) if piece.kind == "roof" else law
 
 
 def tour_of(passes: Sequence[Pass], ways: Ways) -> tuple[Leg, ...]:

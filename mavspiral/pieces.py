@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mavspiral.arrays import FloatArray
-from mavspiral.brief import band_m
+from mavspiral.brief import band_m, demand_of
 from mavspiral.curve.gaze import inward_gaze
 from mavspiral.curve.paper import plan_paper
 from mavspiral.curve.spiral import TOLERANCE_M, plan_spiral
@@ -16,6 +16,7 @@ from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
 from mavspiral.order import quickest_order
 from mavspiral.passes import Piece
+from mavspiral.roofs import roof_pieces
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.parts import LeftOut, Part, parts_of
 from mavspiral.shape.slicing import SolidDistance, solid_distance
@@ -53,7 +54,7 @@ class _Band:
 def pieces_of(
     mission: Mission, site: Site, camera: Camera, pace: Limits, home_enu_m: FloatArray, required_m: float
 ) -> Pieces:
-    """A spiral around each part of the building, in the quickest order from home and back.
+    """A spiral around each part of the building and what its roofs take, in the quickest order from home and back.
 
     Each spiral begins where it is nearest to where the one before ends.
 
@@ -91,7 +92,37 @@ def pieces_of(
         gaze = inward_gaze(path, smoothing_m=pace.speed_mps)
         pieces.append(Piece(name, "spiral", path, gaze, path.rings, path.harmonics))
         here_enu_m = path(path.u_end_rad)
-    return Pieces(tuple(pieces), left_out)
+    roofs = _roofs(mission, site, camera, pace, home_enu_m, required_m)
+    if not roofs:
+        return Pieces(tuple(pieces), left_out)
+    whole = [*pieces, *roofs]
+    order = quickest_order(
+        np.array([piece.path(0.0) for piece in whole]),
+        np.array([piece.path(piece.path.u_end_rad) for piece in whole]),
+        home_enu_m,
+        pace,
+    )
+    return Pieces(tuple(whole[i] for i in order), left_out)
+
+
+def _roofs(
+    mission: Mission, site: Site, camera: Camera, pace: Limits, home_enu_m: FloatArray, required_m: float
+) -> tuple[Piece, ...]:
+    """The pieces above the roofs, if they are asked for and the camera can look down."""
+    asked = mission.inspection
+    if not (asked.roof and camera.gimbal):
+        return ()
+    return roof_pieces(
+        site,
+        camera,
+        demand_of(mission),
+        standoff_m=asked.standoff_m,
+        overlap=asked.overlap,
+        side_overlap=asked.side_overlap,
+        required_m=required_m + MARGIN_M,
+        pace=pace,
+        start_enu_m=home_enu_m,
+    )
 
 
 def _as_the_paper_has_it(mission: Mission, site: Site, camera: Camera, pace: Limits) -> Pieces:

@@ -18,6 +18,8 @@ flown handover uploads
 progress recording
 show planner
 pieces route
+roofs
+roof_ways
 passes sorties
 order transit obstacle
 brief
