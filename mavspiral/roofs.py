@@ -67,8 +67,7 @@ def roof_pieces(
     pieces: list[Piece] = []
     roofs = roofs_of(grid, step_m=step_m, least_m2=least_m2)
     for number, roof in enumerate(roofs, start=1):
-        name = "roof" if len(roofs) == 1 else f"roof {number}"
-        pieces += _above(grid, roof, look, pace, name, least_m2, np.asarray(start_enu_m)[:2])
+        pieces += _above(grid, roof, look, pace, f"roof {number}", least_m2, np.asarray(start_enu_m)[:2])
     return tuple(pieces)
 
 
@@ -93,8 +92,8 @@ def _above(
         if way is None or not (way.belonging.cells & part).any():
             continue
         left = (left | part) & ~way.belonging.cells
-        number = f" {len(pieces) + 1}" if pieces else ""
-        pieces.append(way.piece(f"{name}{number}", pace))
+        # "roof 2", "roof 2b": a leg "…-2-2" would belong to the leg "…-2".
+        pieces.append(way.piece(name + "abcdefgh"[len(pieces)] * bool(pieces), pace))
     return pieces
 
 

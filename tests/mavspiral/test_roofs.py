@@ -1,5 +1,6 @@
 """Roofs of the gallery's missions: planned, judged, flown and told of."""
 
+import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 from mavspiral import load_mission, plan, simulate
 from mavspiral.deliver import write_plan
 from mavspiral.export.check import check_file
+from mavspiral.motion.trajectory import belongs
 
 MISSIONS = Path(__file__).parents[2] / "missions"
 
@@ -49,6 +51,8 @@ def test_the_church_is_seen_walls_and_roofs(planned):
     assert church.mission.inspection.roof
     assert min(church.coverage.roof, church.coverage.walls) >= 0.99
     assert sum(each.kind == "roof" for each in church.passes) >= 3
+    names = [each.leg.name for each in church.passes]
+    assert not any(belongs(one, other) for one, other in itertools.permutations(names, 2))
     assert not any("ignored" in line for line in church.warnings)
     t_s = church.shots.t_s
     assert np.degrees(church.shots.pitch_rad).min() < -60.0
