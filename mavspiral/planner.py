@@ -9,7 +9,7 @@ import math
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -158,6 +158,11 @@ class Inspection:
         """The law of a cut leg."""
         limits = pace_of(self.mission, camera_of(self.mission), limits_of(self.mission))
         return fastest_law(path, gaze, limits)
+
+    def flown_by(self, autopilot: Literal["px4", "ardupilot"]) -> Inspection:
+        """The same inspection for a vehicle of that autopilot."""
+        vehicle = self.mission.vehicle.model_copy(update={"autopilot": autopilot})
+        return replace(self, mission=self.mission.model_copy(update={"vehicle": vehicle}))
 
     def flown_shots(
         self,

@@ -39,6 +39,7 @@ simulator
 vehicle
 trouble loop
 link autopilot estimator physics
+copter_params
 faults params
 airframe
 orders

@@ -130,7 +130,6 @@ def test_with_json_a_plan_that_fails_is_one_object_that_names_the_obstacle_and_e
         ("home_height_m = -1.5", "home_height_m = 8.0\nradius_m = 0.4", "level at its home"),
         ("speed_mps = 5.0", "speed_mps = 0.001", "at least 0.1"),
         ('gps = "rtk"', 'airframe = "zeppelin"', "zeppelin"),
-        ('gps = "rtk"', 'autopilot = "ardupilot"', "ardupilot"),
     ],
 )
 def test_bad_input_exits_2_with_one_line(tmp_path, old, new, words):
@@ -166,6 +165,14 @@ def test_a_bare_call_shows_the_verbs():
     answer = run()
     assert answer.returncode == 0
     assert all(verb in answer.stdout for verb in ("plan", "simulate", "fly"))
+
+
+def test_an_autopilot_that_nobody_knows_exits_2_and_names_the_known_ones(tmp_path):
+    answer = run("simulate", "missions/kiosk.toml", "--autopilot", "dji", "--out", tmp_path / "out")
+    assert answer.returncode == 2, answer.stdout + answer.stderr
+    (line,) = answer.stderr.strip().splitlines()
+    assert "'dji'" in line
+    assert "px4, ardupilot" in line
 
 
 def test_a_mission_that_the_vehicle_refuses_before_arming_says_why(tmp_path):
