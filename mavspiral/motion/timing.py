@@ -61,8 +61,9 @@ def fastest_law(path: Path, gaze: Gaze, limits: Limits) -> TimeLaw:
     u, u1, u2, _ = law.derivatives(t_s)
     worst = float(kernels.demand(table, du, bounds, t_s[1], u, u1, u2).max())
     # Between the rows of the table a gaze may bend more than at any of them.
-    _, turn, bend = gaze.jet(u)
-    worst = max(worst, float(np.abs(bend * u1**2 + turn * u2).max()) / limits.yaw_acceleration_radps2)
+    _, slope, bend = gaze.jet(u)
+    yaw_acceleration_radps2 = float(np.abs(bend * u1**2 + slope * u2).max())
+    worst = max(worst, yaw_acceleration_radps2 / limits.yaw_acceleration_radps2)
     return law.stretched(max(1.0, worst) * MARGIN)
 
 
