@@ -201,10 +201,6 @@ class Mission(_Table):
             )
         if self.inspection.roof:
             asked.append("[inspection] roof = true: roofs are not planned yet, only the walls are flown")
-        if self.inspection.courtyards:
-            asked.append(
-                "[inspection] courtyards = true: courtyards are not planned yet, only the outer walls are flown"
-            )
         return tuple(asked)
 
 

@@ -24,7 +24,10 @@ LENGTH_SAMPLES = 20_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:
-    """One curve past a piece of the building, and where the camera looks along it, without time."""
+    """One curve past a piece of the building, and where the camera looks along it, without time.
+
+    `pace` is what its time law keeps, and `standoff_m` how far the walls are.
+    """
 
     name: str
     kind: Kind
@@ -32,6 +35,8 @@ class Piece:
     gaze: Gaze
     rings: int
     harmonics: int
+    standoff_m: float
+    pace: Limits
     gimbal_pitch: Gaze = LEVEL
 
 
@@ -43,6 +48,7 @@ class Pass:
     kind: Kind
     rings: int
     harmonics: int
+    standoff_m: float
     leg: Leg
 
     @property
@@ -67,7 +73,7 @@ class Pass:
         return float(np.sqrt((np.diff(self.path(u), axis=0) ** 2).sum(axis=1)).sum())
 
 
-def flown_in_order(pieces: Sequence[Piece], pace: Limits) -> tuple[Pass, ...]:
+def flown_in_order(pieces: Sequence[Piece]) -> tuple[Pass, ...]:
     """The pieces with their time laws. The leg of a lone one is called "inspection", else "inspection-NAME"."""
     lone = len(pieces) == 1
     return tuple(
@@ -76,11 +82,12 @@ def flown_in_order(pieces: Sequence[Piece], pace: Limits) -> tuple[Pass, ...]:
             piece.kind,
             piece.rings,
             piece.harmonics,
+            piece.standoff_m,
             Leg(
                 "inspection" if lone else f"inspection-{piece.name.replace(' ', '-')}",
                 piece.path,
                 piece.gaze,
-                fastest_law(piece.path, piece.gaze, pace),
+                fastest_law(piece.path, piece.gaze, piece.pace),
                 piece.gimbal_pitch,
             ),
         )

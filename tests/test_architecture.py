@@ -18,6 +18,9 @@ flown handover uploads
 progress recording
 show planner
 pieces route
+courtyards
+spirals
+candidate
 passes sorties
 order transit obstacle
 brief

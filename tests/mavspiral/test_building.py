@@ -113,3 +113,38 @@ def test_every_part_is_flown_and_nothing_comes_closer_than_it_may(seed, planned_
     assert trajectory.on("inspection", inspection.shots.t_s).all()
     assert inspection.coverage.walls > 0.88
     assert all(figure.ok for figure in inspection.certificate.figures)
+
+
+def block_with_court(tmp_path, width_m, inspection="courtyards = true"):
+    heights = np.zeros((120, 120))
+    heights[10:110, 10:110] = 11.0
+    half = int(width_m)
+    heights[60 - half : 60 + half, 60 - half : 60 + half] = 0.0
+    np.savez(tmp_path / "random.npz", height_agl_m=heights, cell_m=0.5, origin=[40.05, -1.93])
+    text = MISSION.format(cell_m=0.5, standoff_m=7.0, clearance_m=3.0, speed_mps=4.0, inspection=inspection)
+    (tmp_path / "random.toml").write_text(text)
+    return plan(load_mission(tmp_path / "random.toml"))
+
+
+@pytest.mark.parametrize("width_m", [11.0, 20.0, 32.0])
+def test_a_court_that_is_wide_enough_is_flown_inside_and_its_walls_are_seen(width_m, tmp_path):
+    inspection = block_with_court(tmp_path, width_m)
+    assert sorted(part.kind for part in inspection.passes) == ["courtyard", "spiral"]
+    assert inspection.coverage.walls > 0.985
+    required_m = inspection.clearance_required_m
+    place = inspection.trajectory.sampled(0.1).position_enu_m
+    assert nearest_m(inspection.site, place, 1.5 * required_m).min() >= required_m - 1e-6
+
+
+def test_a_court_that_is_too_narrow_is_told_of_with_its_place_and_both_widths(tmp_path):
+    inspection = block_with_court(tmp_path, 9.0)
+    assert [part.kind for part in inspection.passes] == ["spiral"]
+    (line,) = [line for line in inspection.warnings if line.startswith("courtyard")]
+    assert "lat 40.05" in line and "lon -1.92" in line
+    assert "is 9.0 m wide, 10.8 m are needed" in line
+
+
+def test_nobody_flies_into_a_court_unasked(tmp_path):
+    inspection = block_with_court(tmp_path, 20.0, inspection="courtyards = false")
+    assert [part.name for part in inspection.passes] == ["building"]
+    assert not any(line.startswith("courtyard") for line in inspection.warnings)
