@@ -21,7 +21,7 @@ __all__ = ["Candidate", "Setting"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setting:
-    """The mission on its site: `solid` is the building, `everything` also what stands around it."""
+    """The mission on its site: `solid` is the building, `others` what stands near it, `everything` all of it."""
 
     mission: Mission
     site: Site
@@ -29,6 +29,7 @@ class Setting:
     pace: Limits
     required_m: float
     solid: SolidDistance
+    others: SolidDistance | None
     everything: Solids
 
     @property
@@ -45,6 +46,15 @@ class Setting:
     def joinable_m(self) -> float:
         """The clearance that a curve must have for a transit to join it."""
         return self.required_m + MARGIN_M + 0.1
+
+    @property
+    def stopping_margin_m(self) -> float:
+        """What a vehicle that goes straight on leaves between its hull and a wall."""
+        return STOPPING_MARGIN_M
+
+    def run_on_m(self, speed_mps: float) -> float:
+        """How far it goes straight on: the reaction time and the braking distance, v·t + v²/2a."""
+        return speed_mps * (REACTION_S + speed_mps / (2.0 * self.pace.acceleration_mps2))
 
     def rise_m(self, standoff_m: float) -> float:
         """The most that a turn at this stand-off climbs."""

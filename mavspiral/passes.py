@@ -10,9 +10,10 @@ from typing import Literal
 import numpy as np
 
 from mavspiral.curve import Path
+from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.timing import fastest_law
-from mavspiral.motion.trajectory import LEVEL, Leg
+from mavspiral.motion.trajectory import LEVEL, Leg, Trajectory
 from mavspiral.motion.turn import Gaze
 from mavspiral.transit import Look, Ways
 
@@ -20,6 +21,7 @@ __all__ = ["Kind", "Pass", "Piece", "flown_in_order", "tour_of"]
 
 Kind = Literal["spiral", "courtyard", "facade", "roof"]
 LENGTH_SAMPLES = 20_000
+FINE_S = 0.002
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,12 +89,32 @@ def flown_in_order(pieces: Sequence[Piece]) -> tuple[Pass, ...]:
                 "inspection" if lone else f"inspection-{piece.name.replace(' ', '-')}",
                 piece.path,
                 piece.gaze,
-                fastest_law(piece.path, piece.gaze, piece.pace),
+                _law(piece),
                 piece.gimbal_pitch,
             ),
         )
         for piece in pieces
     )
+
+
+def _law(piece: Piece) -> TimeLaw:
+    """The piece's time law. A façade's third derivative has a point at every place: it is looked at between them."""
+    law = fastest_law(piece.path, piece.gaze, piece.pace)
+    if piece.kind != "facade":
+        return law
+    t_s = np.arange(0.0, law.duration_s, FINE_S)
+    leg = Leg(piece.name, piece.path, piece.gaze, law)
+    states = Trajectory((leg,))(t_s)
+    norms = [
+        float(np.sqrt((vectors**2).sum(axis=1).max()))
+        for vectors in (states.velocity_enu_mps, states.acceleration_enu_mps2, states.jerk_enu_mps3)
+    ]
+    limits = (piece.pace.speed_mps, piece.pace.acceleration_mps2, piece.pace.jerk_mps3)
+    slower = max(
+        (norm / limit) ** (1.0 / order)
+        for order, (norm, limit) in enumerate(zip(norms, limits, strict=True), 1)
+    )
+    return law.stretched(max(1.0, slower * (1.0 + 1e-4))) if slower > 1.0 else law
 
 
 def tour_of(passes: Sequence[Pass], ways: Ways) -> tuple[Leg, ...]:

@@ -18,7 +18,7 @@ from mavspiral.motion.limits import Limits
 from mavspiral.order import quickest_order
 from mavspiral.passes import Piece
 from mavspiral.shape.heightmap import Site
-from mavspiral.shape.slicing import solid_distance
+from mavspiral.shape.slicing import obstacle_distance, solid_distance
 from mavspiral.spirals import spirals_of
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.solids import Solids
@@ -59,7 +59,8 @@ def pieces_of(
         return _as_the_paper_has_it(mission, site, camera, pace)
     reach_m = 2.0 * asked.standoff_m + pace.speed_mps**2 / pace.acceleration_mps2
     solid = solid_distance(site, reach_m=reach_m)
-    setting = Setting(mission, site, camera, pace, required_m, solid, everything)
+    others = obstacle_distance(site, solid)
+    setting = Setting(mission, site, camera, pace, required_m, solid, others, everything)
     candidates, told = spirals_of(setting)
     if asked.courtyards:
         inner, narrow = courtyards_of(setting)

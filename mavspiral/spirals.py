@@ -11,11 +11,15 @@ from mavspiral.brief import band_m
 from mavspiral.candidate import Candidate, Setting
 from mavspiral.curve.gaze import inward_gaze
 from mavspiral.curve.spiral import TOLERANCE_M, plan_spiral
+from mavspiral.errors import LimitError
+from mavspiral.facades import facades_of, hemmed_in
 from mavspiral.passes import Piece
 from mavspiral.shape.parts import LeftOut, Part, parts_of
 
 __all__ = ["roof_standoff_m", "spirals_of"]
 
+FREE_SAMPLES = 4_000
+FREE_MARGIN_M = 0.1
 ROOF_GONE_M = 0.01
 """So much above its stand-off a roof has certainly dropped out of the slice."""
 
@@ -33,19 +37,44 @@ class _Band:
 
 
 def spirals_of(setting: Setting) -> tuple[list[Candidate], tuple[str, ...]]:
-    """A spiral around each part, and in words what has none."""
-    bands, left_out = _bands(setting)
+    """A spiral around each part, façades to and fro where something stands too near for that, and in words what has none.
+
+    Raises:
+        LimitError: nothing of the building can be flown along.
+    """
+    bands, told = _bands(setting)
     alone = len(bands) == 1
+    candidates: list[Candidate] = []
+    for band in bands:
+        word = "building" if alone else _word(band.part)
+        if setting.others is None or _is_free(setting, band):
+            candidates.append(_candidate(setting, band, word))
+            continue
+        facades = facades_of(setting, setting.others, band.part, band.bottom_m, band.top_m)
+        candidates += facades.candidates
+        told += facades.told
+        if facades.free_from_m is not None:
+            above = replace(band, bottom_m=facades.free_from_m)
+            candidates.append(_candidate(setting, above, word))
+    if not candidates and setting.others is not None:
+        raise LimitError(hemmed_in(setting, setting.others, bands[0].part, bands[0].bottom_m))
+    return candidates, told
 
-    def candidate(band: _Band) -> Candidate:
-        return Candidate(
-            "building" if alone else _word(band.part),
-            band.place_enu_m(band.bottom_m),
-            band.place_enu_m(band.top_m),
-            lambda name, start_enu_m: _piece(setting, band, name, start_enu_m),
-        )
 
-    return [candidate(band) for band in bands], left_out
+def _candidate(setting: Setting, band: _Band, word: str) -> Candidate:
+    return Candidate(
+        word,
+        band.place_enu_m(band.bottom_m),
+        band.place_enu_m(band.top_m),
+        lambda name, start_enu_m: _piece(setting, band, name, start_enu_m),
+    )
+
+
+def _is_free(setting: Setting, band: _Band) -> bool:
+    """Whether nothing comes too near to the spiral all the way round."""
+    path = _piece(setting, band, "trial", band.place_enu_m(band.bottom_m)).path
+    place = path(np.linspace(0.0, path.u_end_rad, FREE_SAMPLES))
+    return bool((setting.everything.distance_m(place) >= setting.required_m + FREE_MARGIN_M).all())
 
 
 def roof_standoff_m(setting: Setting, standoff_m: float) -> float:

@@ -20,6 +20,7 @@ show planner
 pieces route
 courtyards
 spirals
+facades
 candidate
 passes sorties
 order transit obstacle

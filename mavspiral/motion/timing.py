@@ -75,7 +75,10 @@ def _turning(gaze: Gaze, law: TimeLaw, t_s: FloatArray, limits: Limits) -> float
         u, u1, u2, _ = law.derivatives(at_s)
         _, slope, bend = gaze.jet(u)
         turn, bends = np.abs(slope * u1), np.abs(bend * u1**2 + slope * u2)
-        return np.maximum(turn / limits.yaw_rate_radps, np.sqrt(bends / limits.yaw_acceleration_radps2))
+        slower: FloatArray = np.maximum(
+            turn / limits.yaw_rate_radps, np.sqrt(bends / limits.yaw_acceleration_radps2)
+        )
+        return slower
 
     coarse = needed(t_s)
     high = coarse >= max(NEARLY, NEARLY * float(coarse.max()))

@@ -106,6 +106,8 @@ def _way_distance2(p: FloatArray, w: FloatArray, box: FloatArray) -> float:
         s = high
     while slope_low < -flat and slope_high > flat:
         s = (low * slope_high - high * slope_low) / (slope_high - slope_low)
+        if not low < s < high:  # a way so short that rounding keeps every slope from being flat
+            break
         slope = _slope(p, w, s, box)
         if abs(slope) <= flat:
             break
