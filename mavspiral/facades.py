@@ -42,6 +42,7 @@ class Facades:
 def facades_of(setting: Setting, others: SolidDistance, part: Part, low_m: float, high_m: float) -> Facades:
     """The accessible arcs round a part between two heights, each chain of arcs one above the other a façade."""
     standoff_m = _nearest_standoff_m(setting, others, part, low_m)
+    low_m, high_m = _nearer_band_m(setting, part, low_m, high_m, standoff_m)
     heights_m = _row_heights_m(setting, others, low_m, high_m, setting.rise_m(standoff_m))
     reaches = [_reach(setting, others, part, float(height_m)) for height_m in heights_m]
     blocked = [index for index, reach in enumerate(reaches) if reach is None or not reach.free]
@@ -54,13 +55,16 @@ def facades_of(setting: Setting, others: SolidDistance, part: Part, low_m: float
     )
 
 
-def hemmed_in(setting: Setting, others: SolidDistance, part: Part, height_m: float) -> str:
-    """In words: where there is the most room round a part, how much that is, and what would fit there."""
-    reach = _reach(setting, others, part, height_m)
-    place_enu_m, room_m = np.array([*part.anchor_enu_m, height_m]), 0.0
-    if reach is not None:
-        room = np.minimum(reach.wall_m, others(reach.points_enu_m))
-        place_enu_m, room_m = reach.points_enu_m[int(np.argmax(room))], float(room.max())
+def hemmed_in(setting: Setting, others: SolidDistance, height_m: float) -> str:
+    """In words: where there is the most room beside the walls at a height, how much that is, and what would fit there."""
+    solid, standoff_m = setting.solid, setting.standoff_m
+    walls_m, others_m = (
+        distance.excess_m(distance.slice(height_m, standoff_m)) + standoff_m for distance in (solid, others)
+    )
+    room = np.where(walls_m <= standoff_m, np.minimum(walls_m, others_m), -1.0)
+    row, col = np.unravel_index(int(np.argmax(room)), room.shape)
+    room_m = float(room[row, col])
+    place_enu_m = np.array([*(solid.origin_enu_m + np.array([col, row]) * solid.cell_m), height_m])
     place = setting.site.heights.frame.geo_point(place_enu_m)
     spare_m = room_m - (setting.joinable_m - setting.required_m)
     return (
@@ -78,7 +82,7 @@ def _reach(setting: Setting, others: SolidDistance, part: Part, height_m: float)
         height_m=height_m,
         standoff_m=setting.standoff_m,
         clearance_m=min(setting.joinable_m + ROUNDED_M, setting.standoff_m),
-        required_m=setting.joinable_m,
+        required_m=setting.joinable_m + 0.5 * ROUNDED_M,
         anchor_enu_m=part.anchor_enu_m,
     )
 
@@ -89,6 +93,19 @@ def _nearest_standoff_m(setting: Setting, others: SolidDistance, part: Part, hei
     if reach is None or not reach.accessible.any():
         return setting.standoff_m
     return float(min(setting.standoff_m, np.quantile(reach.wall_m[reach.accessible], SHARE)))
+
+
+def _nearer_band_m(
+    setting: Setting, part: Part, low_m: float, high_m: float, standoff_m: float
+) -> tuple[float, float]:
+    """The band, wider where nothing else was asked for: from nearer, a picture shows less of the wall."""
+    asked, limits = setting.mission.inspection, setting.mission.limits
+    half_m = setting.half_m(standoff_m)
+    if asked.bottom_m is None and part.base_m == 0.0:
+        low_m = min(low_m, max(limits.clearance_m, half_m))
+    if asked.top_m is None:
+        high_m = min(limits.ceiling_m, max(high_m, part.top_m - half_m))
+    return low_m, high_m
 
 
 def _row_heights_m(

@@ -57,7 +57,7 @@ def spirals_of(setting: Setting) -> tuple[list[Candidate], tuple[str, ...]]:
             above = replace(band, bottom_m=facades.free_from_m)
             candidates.append(_candidate(setting, above, word))
     if not candidates and setting.others is not None:
-        raise LimitError(hemmed_in(setting, setting.others, bands[0].part, bands[0].bottom_m))
+        raise LimitError(hemmed_in(setting, setting.others, bands[0].bottom_m))
     return candidates, told
 
 

@@ -21,6 +21,8 @@ from mavspiral.curve.mixing import BASIS, DEGREE
 __all__ = ["MeanderPath", "Row", "meander"]
 
 STEP_M = 0.8
+TURN_M = 2.0
+"""So much higher a way comes back along a row."""
 NEAR_M = 2.0
 """A row whose end is this near to where the row before ended begins there."""
 
@@ -76,14 +78,17 @@ def meander(rows: Sequence[Row], *, smoothing_m: float) -> tuple[MeanderPath, Ya
     """The spline through rows from the lowest to the highest, and the gaze that the rows have, averaged.
 
     An open row is flown from the end where the row before has arrived to the other; where it reaches farther,
-    there first. A closed one goes all the way round. Between rows it climbs on the spot.
+    there first and back a little higher, because no curve turns on the spot. A closed one goes all the way round.
+    Between rows it climbs on the spot.
     """
     places: list[FloatArray] = []
     yaws: list[FloatArray] = []
     here: FloatArray | None = None
     for row in rows:
-        index = _indices(row, here)
+        index, out = _indices(row, here)
         points, yaw = row.points_enu_m[index], row.yaw_enu_rad[index]
+        if out:
+            points = _returned_above(points, out)
         if here is not None:
             above = np.array([*here[:2], points[0, 2]])
             places += [here[None], above[None]]
@@ -100,27 +105,33 @@ def meander(rows: Sequence[Row], *, smoothing_m: float) -> tuple[MeanderPath, Ya
     for _ in range(2):
         heading = box_average(s, heading, smoothing_m)
     first, last = controls[1] - controls[0], controls[-1] - controls[-2]
-    controls = np.vstack(
-        [controls[0] - 2 * first, controls[0] - first, controls, controls[-1] + last, controls[-1] + 2 * last]
-    )
+    controls = np.vstack([controls[0] - first, controls, controls[-1] + last])
     path = MeanderPath(controls)
     # The spline at u is where its places at index u + 3/2 are, the gaze's knots those at u + 1.
-    knots = np.interp(np.arange(path.u_end_rad + 4) + 0.5, np.arange(count) + 2.0, heading)
+    knots = np.interp(np.arange(path.u_end_rad + 4) + 0.5, np.arange(count) + 1.0, heading)
     return path, YawSpline(knots, 1.0)
 
 
-def _indices(row: Row, here: FloatArray | None) -> NDArray[np.int64]:
-    """In which order the points of a row are flown, coming from `here`."""
+def _returned_above(points: FloatArray, out: int) -> FloatArray:
+    """The way with all after its first `out` points raised, less and less as it comes back to where it began."""
+    raised = points.copy()
+    back = np.arange(len(points) - out)
+    raised[out:, 2] += TURN_M * np.clip(1.0 - back / max(out, 1), 0.0, 1.0)
+    return raised
+
+
+def _indices(row: Row, here: FloatArray | None) -> tuple[NDArray[np.int64], int]:
+    """In which order the points of a row are flown, coming from `here`, and how many of them on the way out."""
     count = len(row.points_enu_m)
     forward = np.arange(count)
     if here is None:
-        return np.append(forward, 0) if row.closed else forward
+        return (np.append(forward, 0) if row.closed else forward), 0
     away = np.hypot(*(row.points_enu_m[:, :2] - here[:2]).T)
     nearest = int(np.argmin(away))
     if row.closed:
-        return np.append(np.roll(forward, -nearest), nearest)
+        return np.append(np.roll(forward, -nearest), nearest), 0
     if min(away[0], away[-1]) <= NEAR_M:
-        return forward if away[0] <= away[-1] else forward[::-1]
+        return (forward if away[0] <= away[-1] else forward[::-1]), 0
     if nearest < count - 1 - nearest:
-        return np.concatenate([forward[nearest:0:-1], forward])
-    return np.concatenate([forward[nearest:-1], forward[::-1]])
+        return np.concatenate([forward[nearest:0:-1], forward]), nearest
+    return np.concatenate([forward[nearest:-1], forward[::-1]]), count - 1 - nearest

@@ -203,7 +203,7 @@ def test_walls_next_to_neighbours_are_flown_where_that_is_safe(gaps_m, kinds, tm
     blocked = [gap for gap in gaps_m if gap is not None and gap < 7.2]
     assert all(gap == 0.0 for gap in blocked) or len(told) >= len(blocked)
     if not blocked:
-        assert told == [] and inspection.coverage.walls > 0.98
+        assert told == [] and inspection.coverage.walls > 0.97
     else:
         assert all("side for" in line and "lat 40.05" in line and "m up" in line for line in told)
 

@@ -52,9 +52,10 @@ def test_a_row_that_reaches_farther_is_flown_to_its_end_first():
     path, _ = meander([row(4.0), row(8.0, west=-15.0, east=45.0)], smoothing_m=2.0)
     x, _, z = path(np.linspace(0.0, path.u_end_rad, 4000)).T
     upper = np.abs(z - 8.0) < 0.02
-    assert x[upper].min() < -14.0 and x[upper].max() > 44.0
-    first_end = np.argmax(x[upper] < -14.0)
-    assert x[upper][first_end:].max() > 44.0 > x[upper][:first_end].max()
+    assert x[upper].max() > 44.0 and x[np.abs(z - 8.0) < 2.1].min() < -14.0
+    first_end = np.argmax(x < -14.0)
+    assert x[first_end:].max() > 44.0 > x[:first_end].max()
+    assert np.ptp(x[first_end:][z[first_end:] < 8.02]) > 40.0
 
 
 def test_closed_rows_go_all_the_way_round_and_the_gaze_is_unwrapped():
