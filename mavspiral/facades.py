@@ -23,6 +23,7 @@ POINTS = ("east", "north-east", "north", "north-west", "west", "south-west", "so
 SPEED_STEPS = 16
 SAME_PLACE_M = 2.0
 SAME_ROW_M = 0.5
+SHORTEST_M = 2.0
 ABOVE_M = 0.05
 MORE_ROWS = 8
 SAMPLES = 3_000
@@ -47,6 +48,8 @@ def facades_of(setting: Setting, others: SolidDistance, part: Part, low_m: float
     reaches = [_reach(setting, others, part, float(height_m)) for height_m in heights_m]
     blocked = [index for index, reach in enumerate(reaches) if reach is None or not reach.free]
     first_free = blocked[-1] + 1 if blocked else 0
+    if first_free == len(heights_m) - 1:  # one turn alone is flown with the rows below it
+        first_free += 1
     chains = _chains([reach for reach in reaches[:first_free] if reach is not None])
     free_from_m = float(heights_m[first_free]) if first_free < len(heights_m) else None
     candidates = tuple(_candidate(setting, rows, standoff_m) for rows in chains)
@@ -115,8 +118,9 @@ def _row_heights_m(
     rows_m = np.linspace(low_m, high_m, int(np.ceil((high_m - low_m) / rise_m - 1e-9)) + 1)
     above_m = others.levels_m + setting.joinable_m + ROUNDED_M + ABOVE_M
     more_m = above_m[(above_m > low_m) & (above_m < high_m)]
-    more_m = more_m[[bool(np.abs(rows_m - height_m).min() > SAME_ROW_M) for height_m in more_m]]
-    return np.sort(np.concatenate([rows_m, more_m[:MORE_ROWS]]))
+    more_m = more_m[:MORE_ROWS]
+    inner_m = [row_m for row_m in rows_m[1:-1] if not (np.abs(more_m - row_m) < SAME_ROW_M).any()]
+    return np.unique(np.concatenate([rows_m[[0, -1]], inner_m, more_m]))
 
 
 def _chains(reaches: list[Reach]) -> list[list[Row]]:
@@ -193,7 +197,7 @@ def _told(setting: Setting, reaches: list[Reach]) -> tuple[str, ...]:
     for run in _runs(~lowest.accessible):
         points = lowest.points_enu_m[run]
         length_m = float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
-        if length_m < 1.0:
+        if length_m < SHORTEST_M:
             continue
         middle = points[len(points) // 2]
         outward = lowest.yaw_enu_rad[run][len(run) // 2] + np.pi

@@ -54,7 +54,7 @@ def spirals_of(setting: Setting) -> tuple[list[Candidate], tuple[str, ...]]:
         candidates += facades.candidates
         told += facades.told
         if facades.free_from_m is not None:
-            above = replace(band, bottom_m=facades.free_from_m)
+            above = replace(band, bottom_m=facades.free_from_m, top_m=max(band.top_m, facades.free_from_m))
             candidates.append(_candidate(setting, above, word))
     if not candidates and setting.others is not None:
         raise LimitError(hemmed_in(setting, setting.others, bands[0].bottom_m))
