@@ -44,7 +44,7 @@ def facades_of(setting: Setting, others: SolidDistance, part: Part, low_m: float
     """The accessible arcs round a part between two heights, each chain of arcs one above the other a façade."""
     standoff_m = _nearest_standoff_m(setting, others, part, low_m)
     low_m, high_m = _nearer_band_m(setting, part, low_m, high_m, standoff_m)
-    heights_m = _row_heights_m(setting, others, low_m, high_m, setting.rise_m(standoff_m))
+    heights_m = _row_heights_m(setting, others, part, low_m, high_m, setting.rise_m(standoff_m))
     reaches = [_reach(setting, others, part, float(height_m)) for height_m in heights_m]
     blocked = [index for index, reach in enumerate(reaches) if reach is None or not reach.free]
     first_free = blocked[-1] + 1 if blocked else 0
@@ -112,12 +112,15 @@ def _nearer_band_m(
 
 
 def _row_heights_m(
-    setting: Setting, others: SolidDistance, low_m: float, high_m: float, rise_m: float
+    setting: Setting, others: SolidDistance, part: Part, low_m: float, high_m: float, rise_m: float
 ) -> FloatArray:
-    """Rows at the most `rise_m` apart, and one as low above each neighbour's roof as is safe."""
+    """Rows at the most `rise_m` apart, and one as low above each neighbour's roof as is safe, up to the part's own."""
+    highest_m = high_m
+    if setting.mission.inspection.top_m is None:
+        highest_m = max(high_m, min(part.top_m, setting.mission.limits.ceiling_m))
     rows_m = np.linspace(low_m, high_m, int(np.ceil((high_m - low_m) / rise_m - 1e-9)) + 1)
     above_m = others.levels_m + setting.joinable_m + ROUNDED_M + ABOVE_M
-    more_m = above_m[(above_m > low_m) & (above_m < high_m)]
+    more_m = above_m[(above_m > low_m) & (above_m < highest_m)]
     more_m = more_m[:MORE_ROWS]
     inner_m = [row_m for row_m in rows_m[1:-1] if not (np.abs(more_m - row_m) < SAME_ROW_M).any()]
     return np.unique(np.concatenate([rows_m[[0, -1]], inner_m, more_m]))

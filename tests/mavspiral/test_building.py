@@ -218,3 +218,34 @@ def test_above_lower_neighbours_the_full_turn_goes_on(tmp_path):
 def test_a_house_that_nobody_can_fly_along_is_refused_with_the_place_and_what_would_fit(tmp_path):
     with pytest.raises(LimitError, match=r"most room is 2\..* lat 40\.05.*3\.6 m are needed.*would fit"):
         between_neighbours(tmp_path, 4.0, 4.0, 4.0, inspection="top_m = 6")
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_between_neighbours_at_random_nothing_comes_too_near(seed, tmp_path):
+    rng = np.random.default_rng(seed)
+    gaps_m = [float(rng.choice([0.0, rng.uniform(1.0, 14.0)])) for _ in range(2)]
+    north_m = None if rng.uniform() < 0.5 else float(rng.uniform(8.0, 14.0))
+    inspection = between_neighbours(tmp_path, *gaps_m, north_m, tall_m=float(rng.uniform(4.0, 20.0)))
+    required_m = inspection.clearance_required_m
+    place = inspection.trajectory.sampled(0.1).position_enu_m
+    assert nearest_m(inspection.site, place, 1.5 * required_m).min() >= required_m - 1e-6
+    assert all(figure.ok for figure in inspection.certificate.figures)
+
+
+@pytest.mark.parametrize("seed", [2, 54])
+def test_every_pass_keeps_to_the_band_that_is_asked_for(seed, planned_at_random):
+    inspection = planned_at_random(seed, inspection="bottom_m = 6\ntop_m = 19")
+    assert len(inspection.passes) > 2
+    for part in inspection.passes:
+        height_m = part.path(np.linspace(0.0, part.path.u_end_rad, 500))[:, 2]
+        assert height_m.min() >= 6.0 - 1e-9 and height_m.max() <= 19.0 + 1e-9
+
+
+def test_a_court_and_a_facade_keep_to_the_band_too(tmp_path):
+    for inspection in (
+        block_with_court(tmp_path, 20.0, inspection="courtyards = true\nbottom_m = 5\ntop_m = 7"),
+        between_neighbours(tmp_path, 0.0, 4.0, inspection="bottom_m = 5\ntop_m = 7"),
+    ):
+        for part in inspection.passes:
+            height_m = part.path(np.linspace(0.0, part.path.u_end_rad, 500))[:, 2]
+            assert height_m.min() >= 5.0 - 1e-3 and height_m.max() <= 7.0 + 1e-3

@@ -9,7 +9,7 @@ KINDS = {
     "podium": ["spiral", "spiral", "spiral"],
     "patio": ["courtyard", "spiral"],
     "terrace": ["facade", "facade"],
-    "slab": ["facade"],
+    "slab": ["facade", "spiral"],
 }
 
 
