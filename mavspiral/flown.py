@@ -65,7 +65,7 @@ class Flight:
     @property
     def failures(self) -> tuple[str, ...]:
         """What does not hold, in words: the flight itself, then each key of [accept]."""
-        accept = self.inspection.mission.accept
+        accept, roof = self.inspection.mission.accept, self.inspection.mission.inspection.roof
         found = [] if self.outcome.ok else [f"the flight: {self.outcome.reason}"]
         if self.clearance_min_m <= self.inspection.mission.vehicle.radius_m:
             found.append(f"collision: {self.clearance_min_m:.2f} m from something solid")
@@ -74,6 +74,7 @@ class Flight:
             ("tracking_max_m", _quantile(self.tracking_m, 1.0), accept.tracking_max_m, False),
             ("clearance_min_m", self.clearance_min_m, accept.clearance_min_m, True),
             ("coverage", self.coverage.walls, accept.coverage, True),
+            ("coverage, roof", self.coverage.roof, accept.coverage if roof else None, True),
             ("duration_max_s", self.sim_s, accept.duration_max_s, False),
         ):
             if allowed is None:

@@ -24,6 +24,8 @@ LENGTH_SAMPLES = 20_000
 FINE_S = 0.002
 POINTED = 1.003
 """What a point may stand out above the samples beside it."""
+ROOF_SLACK = 1.001
+"""Of 120 roofs at random two asked for more jerk than allowed, by 0.14 % at the most: 0.05 % of time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,8 +102,13 @@ def flown_in_order(pieces: Sequence[Piece]) -> tuple[Pass, ...]:
 
 
 def _law(piece: Piece) -> TimeLaw:
-    """The piece's time law. A façade's third derivative has a point at every place: it is looked at between them."""
+    """The piece's time law. A façade's third derivative has a point at every place: it is looked at between them.
+
+    Above a roof, whose heights bend within a few metres, what a law overlooks between its rows is added.
+    """
     law = fastest_law(piece.path, piece.gaze, piece.pace)
+    if piece.kind == "roof":
+        return law.stretched(ROOF_SLACK)
     if piece.kind != "facade":
         return law
     t_s = np.arange(0.0, law.duration_s, FINE_S)

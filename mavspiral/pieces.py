@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mavspiral.arrays import FloatArray
-from mavspiral.brief import band_m
+from mavspiral.brief import band_m, demand_of
 from mavspiral.candidate import Setting
 from mavspiral.courtyards import courtyards_of
 from mavspiral.curve.gaze import inward_gaze
@@ -17,11 +17,13 @@ from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
 from mavspiral.order import quickest_order
 from mavspiral.passes import Piece
+from mavspiral.roofs import roof_pieces
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.slicing import obstacle_distance, solid_distance
 from mavspiral.spirals import spirals_of
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.solids import Solids
+from mavspiral.transit import MARGIN_M
 
 __all__ = ["Pieces", "pieces_of"]
 
@@ -74,7 +76,35 @@ def pieces_of(
         piece = candidate.planned(name, here_enu_m)
         pieces.append(piece)
         here_enu_m = piece.path(piece.path.u_end_rad)
-    return Pieces(tuple(pieces), told)
+    roofs = _roofs(setting, home_enu_m)
+    if not roofs:
+        return Pieces(tuple(pieces), told)
+    whole = [*pieces, *roofs]
+    order = quickest_order(
+        np.array([piece.path(0.0) for piece in whole]),
+        np.array([piece.path(piece.path.u_end_rad) for piece in whole]),
+        home_enu_m,
+        pace,
+    )
+    return Pieces(tuple(whole[i] for i in order), told)
+
+
+def _roofs(setting: Setting, home_enu_m: FloatArray) -> tuple[Piece, ...]:
+    """The pieces above the roofs, if they are asked for and the camera can look down."""
+    asked = setting.mission.inspection
+    if not (asked.roof and setting.camera.gimbal):
+        return ()
+    return roof_pieces(
+        setting.site,
+        setting.camera,
+        demand_of(setting.mission),
+        standoff_m=asked.standoff_m,
+        overlap=asked.overlap,
+        side_overlap=asked.side_overlap,
+        required_m=setting.required_m + MARGIN_M,
+        pace=setting.pace,
+        start_enu_m=home_enu_m,
+    )
 
 
 def _names(words: list[str]) -> list[str]:

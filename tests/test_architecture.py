@@ -18,8 +18,8 @@ flown handover uploads
 progress recording
 show planner
 pieces route
-courtyards
-spirals
+courtyards roofs
+spirals roof_ways
 facades
 candidate
 passes sorties

@@ -80,6 +80,7 @@ def _along(
     states = trajectory(t_s)
     camera_enu_m = states.position_enu_m[:, :2]
     ahead = np.stack([np.cos(states.yaw_enu_rad), np.sin(states.yaw_enu_rad)], axis=1)
+    ahead *= np.cos(states.gimbal_pitch_rad)[:, None]
     ways_m = [_steps_m(camera_enu_m), _steps_m(camera_enu_m + standoff_m * ahead)]
     progress_m = np.concatenate([[0.0], np.cumsum(np.maximum(*ways_m))])
 
