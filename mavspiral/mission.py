@@ -204,10 +204,6 @@ class Mission(_Table):
                 "[inspection] roof = true: a camera that cannot look down shows no roof, only the walls are flown. "
                 "Fix: [camera] gimbal = true, if it hangs on one"
             )
-        if self.inspection.courtyards:
-            asked.append(
-                "[inspection] courtyards = true: courtyards are not planned yet, only the outer walls are flown"
-            )
         return tuple(asked)
 
 

@@ -251,13 +251,13 @@ def plan(mission: Mission) -> Inspection:
     required_m = budget_of(mission).required_m(mission.limits.clearance_m)
     home = home_enu_m(mission, site, required_m)
     pace = pace_of(mission, camera, limits)
-    found = pieces_of(mission, site, camera, pace, home, required_m)
+    ways = ways_of(mission, site, required_m)
+    found = pieces_of(mission, site, camera, pace, home, required_m, ways.solids)
     watch.lap("curve")
 
-    passes = flown_in_order(found.pieces, pace)
+    passes = flown_in_order(found.pieces)
     watch.lap("timing")
 
-    ways = ways_of(mission, site, required_m)
     tour = tour_of(passes, ways)
     trajectory = route_of(site, tour, home, ways)
     watch.lap("transits")
@@ -283,7 +283,7 @@ def plan(mission: Mission) -> Inspection:
     shots = shots_of(
         trajectory,
         camera,
-        standoff_m=mission.inspection.standoff_m,
+        standoffs_m=[part.standoff_m for part in passes],
         side_overlap=mission.inspection.side_overlap,
     )
     coverage = measure_coverage(patches_of(site), shots, site, camera, demand_of(mission))

@@ -176,7 +176,7 @@ class RoofWay:
         share = 1.0 - float(well.sum()) / float(part.sum())
         return cls(path, u, jet, belonging, near_wall, picture_rad, share)
 
-    def piece(self, name: str, pace: Limits) -> Piece:
+    def piece(self, name: str, standoff_m: float, pace: Limits) -> Piece:
         """The path with its gaze."""
         yaw, pitch = roof_gaze(
             self.u_rad,
@@ -188,7 +188,7 @@ class RoofWay:
             speed_mps=pace.speed_mps,
         )
         harmonics = self.path.harmonics if isinstance(self.path, RoofPath) else 0
-        return Piece(name, "roof", self.path, yaw, 0, harmonics, pitch)
+        return Piece(name, "roof", self.path, yaw, 0, harmonics, standoff_m, pace, pitch)
 
 
 def _spiral(

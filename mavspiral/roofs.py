@@ -93,7 +93,7 @@ def _above(
             continue
         left = (left | part) & ~way.belonging.cells
         # "roof 2", "roof 2b": a leg "…-2-2" would belong to the leg "…-2".
-        pieces.append(way.piece(name + "abcdefgh"[len(pieces)] * bool(pieces), pace))
+        pieces.append(way.piece(name + "abcdefgh"[len(pieces)] * bool(pieces), look.standoff_m, pace))
     return pieces
 
 

@@ -18,8 +18,10 @@ flown handover uploads
 progress recording
 show planner
 pieces route
-roofs
-roof_ways
+courtyards roofs
+spirals roof_ways
+facades
+candidate
 passes sorties
 order transit obstacle
 brief

@@ -81,19 +81,23 @@ def test_a_plan_that_fails_its_limits_exits_1_and_writes_nothing(tmp_path):
 
 CRANE = """[[keepout]]
 circle = [%s, 2.0]
-height_m = [0, 20]
+height_m = [0, %d]
 name = "crane"
 [accept]"""
 
 
 @pytest.mark.parametrize(
-    ("place", "words"),
-    [("23.96058, 32.8675", "clearance FAILS"), ("23.9605, 32.86765", "no way between home")],
+    ("place", "height_m", "mode", "words"),
+    [
+        ("23.96058, 32.8675", 20, "paper", "clearance FAILS"),  # the paper's recipe looks at no obstacle
+        ("23.960342, 32.8675", 200, "spiral", "no way between home"),
+    ],
 )
 def test_with_json_a_plan_that_fails_is_one_object_that_names_the_obstacle_and_exits_1(
-    tmp_path, place, words
+    tmp_path, place, height_m, mode, words
 ):
-    path = changed(tmp_path, "[accept]", CRANE % place)
+    path = changed(tmp_path, "[accept]", CRANE % (place, height_m))
+    path.write_text(path.read_text().replace("[inspection]", f'[inspection]\nmode = "{mode}"'))
     answer = run("plan", path, "--out", tmp_path / "out", "--json")
     assert answer.returncode == 1
     summary = json.loads(answer.stdout)
@@ -102,7 +106,7 @@ def test_with_json_a_plan_that_fails_is_one_object_that_names_the_obstacle_and_e
     assert words in failure
     assert 'keepout "crane" at lat 23.960' in failure
     assert "lon 32.867" in failure
-    assert "20.0 m high" in failure
+    assert f"{height_m}.0 m high" in failure
     assert not (tmp_path / "out").exists()
 
 

@@ -44,7 +44,7 @@ def pieces_above(site, standoff_m=8.0, required_m=2.5, camera=CAMERA):
 
 
 def flown(pieces):
-    legs = [each.leg for each in flown_in_order(pieces, LIMITS)]
+    legs = [each.leg for each in flown_in_order(pieces)]
     return [Trajectory((Leg("inspection", leg.path, leg.gaze, leg.law, leg.gimbal_pitch),)) for leg in legs]
 
 
@@ -53,7 +53,9 @@ def roof_seen(site, pieces, standoff_m=8.0, camera=CAMERA):
     patches = patches_of(site)
     views = np.zeros(len(patches), dtype=np.int64)
     for flight in flown(pieces):
-        shots = shots_of(flight, camera, standoff_m=standoff_m, side_overlap=0.6)
+        shots = shots_of(
+            flight, camera, standoffs_m=[standoff_m] * len(flight.spans_s("inspection")), side_overlap=0.6
+        )
         views += measure_coverage(patches, shots, site, camera, DEMAND).views
     area_m2, seen = patches.area_m2[~patches.is_wall], views[~patches.is_wall] > 0
     return area_m2[seen].sum() / area_m2.sum(), patches.centre_enu_m[~patches.is_wall][~seen]
@@ -222,7 +224,7 @@ def test_a_portrait_camera_takes_fewer_turns_and_sees_as_much(blocks):
     lengths_m = {}
     for camera in (CAMERA, PORTRAIT):
         pieces = pieces_above(site, camera=camera)
-        lengths_m[camera.sensor_m] = sum(each.length_m for each in flown_in_order(pieces, LIMITS))
+        lengths_m[camera.sensor_m] = sum(each.length_m for each in flown_in_order(pieces))
         assert roof_seen(site, pieces, camera=camera)[0] >= 0.995
     assert lengths_m[PORTRAIT.sensor_m] < 0.8 * lengths_m[CAMERA.sensor_m]
 
