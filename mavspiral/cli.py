@@ -20,6 +20,7 @@ from mavspiral.errors import InputError, LimitError, MavspiralError
 
 if TYPE_CHECKING:
     from mavspiral.export.check import Verdict
+    from mavspiral.flight.autopilots import Autopilot
     from mavspiral.flight.flight_log import Event
     from mavspiral.mission import Mission
 
@@ -38,6 +39,12 @@ UsageError: Any = typer.BadParameter.__base__
 
 MissionFile = Annotated[Path, typer.Argument(help="The mission file (TOML).", show_default=False)]
 Out = Annotated[Path | None, typer.Option("--out", help="The folder for the files; by default out/NAME.")]
+OfAutopilot = Annotated[
+    str | None,
+    typer.Option(
+        "--autopilot", help="px4 or ardupilot; by default the mission's, in `fly` the vehicle's own."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
 
@@ -101,6 +108,7 @@ def simulate(
         Literal["stream", "mission"],
         typer.Option("--via", help="Stream setpoints, or upload the exported mission and fly it in AUTO."),
     ] = "stream",
+    autopilot: OfAutopilot = None,
     out: Out = None,
     as_json: Json = False,
 ) -> None:
@@ -114,7 +122,13 @@ def simulate(
     folder = try_folder(_folder(out, brief))
     with _failures_as_json(brief, as_json):
         flight = fly_simulated(
-            brief, seed=seed, wind_mps=wind, gusts=gust, faults=tuple(fault or ()), via=via
+            brief,
+            seed=seed,
+            wind_mps=wind,
+            gusts=gust,
+            faults=tuple(fault or ()),
+            autopilot=_autopilot(autopilot),
+            via=via,
         )
     summary = flight.summary()
     summary["files"] = write_flight(flight, folder, summary)
@@ -144,6 +158,7 @@ def fly(
             "--set-failsafes", help="Set what the vehicle does without a link, for this flight; else warn."
         ),
     ] = False,
+    autopilot: OfAutopilot = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before flying.")] = False,
     out: Out = None,
     as_json: Json = False,
@@ -175,6 +190,7 @@ def fly(
         folder=folder,
         resume=resume,
         set_failsafes=set_failsafes,
+        autopilot=_autopilot(autopilot),
         on_event=_quiet if as_json else _say,
     )
     summary = flight.summary()
@@ -270,6 +286,17 @@ def _tell_verdict(path: Path, verdict: Verdict) -> None:
         Text(f"{path.name}: {verdict.items} items{asked}: {words}", "green" if verdict.ok else "red"),
         soft_wrap=True,
     )
+
+
+def _autopilot(name: str | None) -> Autopilot | None:
+    from mavspiral.flight.autopilots import PROFILES
+
+    if name is None:
+        return None
+    for known in PROFILES:
+        if name == known:
+            return known
+    raise InputError(f"--autopilot {name!r} is not known. Fix: one of {', '.join(PROFILES)}")
 
 
 def _ask(name: str, url: str) -> None:

@@ -17,6 +17,7 @@ import numpy as np
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError, LimitError
 from mavspiral.flight.auto_flight import AutoFlight
+from mavspiral.flight.autopilots import PROFILES, Autopilot
 from mavspiral.flight.flight_log import TlogWriter
 from mavspiral.flight.outcome import Outcome, SessionConfig
 from mavspiral.flight.schedule import StreamFigures
@@ -70,18 +71,22 @@ def simulate(
     gusts: bool = False,
     faults: tuple[str, ...] = (),
     via: Via = "stream",
+    autopilot: Autopilot | None = None,
 ) -> Flight:
     """The mission (or its plan) flown from take-off to landing by the bundled vehicle; same seed, same bits.
 
     Streamed setpoint by setpoint, or `via` the exported mission, which the vehicle is given and flies in AUTO.
     Where one battery does not last, every sortie is flown, each by a vehicle that was just switched on; faults strike the first.
-    The vehicle stands at the mission's home; its EKF's origin is neither that place nor the plan's origin.
+    `autopilot` is whose behaviour it shows, else the mission's. The vehicle stands at the mission's home; its EKF's
+    origin is neither that place nor the plan's origin.
 
     Raises:
         InputError: a fault or an airframe that nobody knows.
         LimitError: the plan does not keep its own limits.
     """
     inspection = plan(mission) if isinstance(mission, Mission) else mission
+    if autopilot is not None:
+        inspection = inspection.flown_by(autopilot)
     flights: list[Flight] = []
     for number, sortie in enumerate(inspection.sorties()):
         config = _config(inspection, seed + number * SEEDS_APART, wind_mps, gusts, () if number else faults)
@@ -129,8 +134,14 @@ def _session(
             inspection.site.heights.frame,
             SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
             way_home=inspection.way_home,
+            profiles=(PROFILES[inspection.mission.vehicle.autopilot],),
             shots=inspection.shot_orders(sortie),
             tap=tap,
+        )
+    if inspection.mission.vehicle.autopilot != "px4":
+        raise InputError(
+            f"{inspection.mission.name}: the exported mission is flown in simulation as PX4 alone yet. "
+            "Fix: --via stream, or --autopilot px4"
         )
     documents = inspection_documents(inspection, inspection_missions(inspection))
     if len(documents) > 1:
@@ -145,11 +156,6 @@ def _config(
     inspection: Inspection, seed: int, wind_mps: float, gusts: bool, faults: tuple[str, ...]
 ) -> SimulatorConfig:
     mission = inspection.mission
-    if mission.vehicle.autopilot != "px4":
-        raise InputError(
-            f"[vehicle] autopilot = {mission.vehicle.autopilot!r}: the bundled vehicle speaks PX4's dialect only. "
-            'Fix: autopilot = "px4"; `mavspiral plan` writes files for both'
-        )
     lowest_m = float(inspection.clearance.position_enu_m[:, 2].min())
     if lowest_m < inspection.home_enu_m[2] + ABOVE_HOME_M:
         raise InputError(
@@ -177,7 +183,8 @@ def _config(
             wind_ned_mps=(0.0, wind_mps, 0.0),
             gusts=gusts,
             faults=orders,
-        )
+        ),
+        autopilot=mission.vehicle.autopilot,
     )
 
 

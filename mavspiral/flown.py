@@ -53,6 +53,12 @@ class Flight:
         return bool(self.log.t_us.size)
 
     @property
+    def duration_s(self) -> float:
+        """From arming to the end: how long a vehicle takes to boot and to find itself is not the plan's."""
+        t_us = self.log.t_us
+        return float(t_us[-1] - t_us[0]) * 1e-6 if t_us.size else 0.0
+
+    @property
     def tracking_p95_m(self) -> float:
         """95 % of the inspection was flown nearer to the reference than this; NaN if none of it was flown."""
         return _quantile(self.tracking_m, 0.95)
@@ -65,7 +71,7 @@ class Flight:
     @property
     def failures(self) -> tuple[str, ...]:
         """What does not hold, in words: the flight itself, then each key of [accept]."""
-        accept = self.inspection.mission.accept
+        accept, roof = self.inspection.mission.accept, self.inspection.mission.inspection.roof
         found = [] if self.outcome.ok else [f"the flight: {self.outcome.reason}"]
         if self.clearance_min_m <= self.inspection.mission.vehicle.radius_m:
             found.append(f"collision: {self.clearance_min_m:.2f} m from something solid")
@@ -74,7 +80,8 @@ class Flight:
             ("tracking_max_m", _quantile(self.tracking_m, 1.0), accept.tracking_max_m, False),
             ("clearance_min_m", self.clearance_min_m, accept.clearance_min_m, True),
             ("coverage", self.coverage.walls, accept.coverage, True),
-            ("duration_max_s", self.sim_s, accept.duration_max_s, False),
+            ("coverage, roof", self.coverage.roof, accept.coverage if roof else None, True),
+            ("duration_max_s", self.duration_s, accept.duration_max_s, False),
         ):
             if allowed is None:
                 continue

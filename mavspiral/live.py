@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
+from mavspiral.flight.autopilots import PROFILES, Autopilot, autopilot_name
 from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
 from mavspiral.flight.journal import JournalWriter
 from mavspiral.flight.outcome import SessionConfig, Step
@@ -40,6 +41,7 @@ def fly(
     resume: bool = False,
     set_failsafes: bool = False,
     signing_key: bytes | None = None,
+    autopilot: Autopilot | None = None,
     on_event: Callable[[Event], None] = lambda event: None,
 ) -> LiveFlight:
     """The mission streamed to the vehicle at `url`, from connecting to disarming. It arms and flies: nobody is asked.
@@ -48,6 +50,7 @@ def fly(
     flies, and `resume` goes on where the flights in that journal ended. `set_failsafes` sets the vehicle's parameters for the
     loss of the link before the flight, and puts them back after it.
     With a `signing_key` (32 bytes, `read_key`) both ends sign, and what is not signed is refused and counted.
+    Only a vehicle of `autopilot` is flown, if that is given; else the first that is heard, of whichever it is.
 
     Raises:
         InputError: the URL cannot be read, or its port is taken; or there is nothing that could be resumed.
@@ -55,12 +58,7 @@ def fly(
         LinkError: nobody listens at a TCP address.
     """
     inspection = plan(mission) if isinstance(mission, Mission) else mission
-    autopilot = inspection.mission.vehicle.autopilot
-    if autopilot != "px4":
-        raise InputError(
-            f"[vehicle] autopilot = {autopilot!r}: only PX4 can be streamed to yet. "
-            "Fix: `mavspiral plan` writes a .plan and a .waypoints for it"
-        )
+    profiles = tuple(PROFILES.values()) if autopilot is None else (PROFILES[autopilot],)
     name = inspection.mission.name
     if resume and folder is None:
         raise InputError(f"{name}: nothing says where its journal is. Fix: give its folder")
@@ -78,8 +76,10 @@ def fly(
                 rate_hz=rate_hz,
                 safe_height_enu_m=inspection.safe_height_enu_m,
                 set_failsafes=set_failsafes,
+                planned_for=_planned_for(inspection.mission),
             ),
             way_home=inspection.way_home,
+            profiles=profiles,
             shots=inspection.shot_orders(sortie),
             tap=TlogWriter(recording.packets, time.time_ns() // 1000).write,
             signer=signer,
@@ -114,6 +114,7 @@ def fly(
             if not dry_run:
                 journal.end(session)
     duration_s = (time.monotonic_ns() // 1000 - begin_us) / 1e6
+    inspection = inspection.flown_by(autopilot_name(session.profile))
     log = session.log() if session.trajectory is not None else None
     tracking_m, clearance_m = _measured(inspection, log)
     shots = before.shots
@@ -143,6 +144,13 @@ def fly(
         session.missed_shots,
         None if signer is None else signer.refused_n,
     )
+
+
+def _planned_for(mission: Mission) -> str | None:
+    """The autopilot that the mission names, as people write it; None when it names none."""
+    if "autopilot" not in mission.vehicle.model_fields_set:
+        return None
+    return PROFILES[mission.vehicle.autopilot].name
 
 
 def _measured(inspection: Inspection, log: FlightLog | None) -> tuple[FloatArray, FloatArray]:

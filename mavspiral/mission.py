@@ -199,11 +199,10 @@ class Mission(_Table):
             asked.append(
                 f"[building] cell_m = {self.building.cell_m:g} means nothing to a .npz map, which has cells of its own"
             )
-        if self.inspection.roof:
-            asked.append("[inspection] roof = true: roofs are not planned yet, only the walls are flown")
-        if self.inspection.courtyards:
+        if self.inspection.roof and not self.camera.gimbal:
             asked.append(
-                "[inspection] courtyards = true: courtyards are not planned yet, only the outer walls are flown"
+                "[inspection] roof = true: a camera that cannot look down shows no roof, only the walls are flown. "
+                "Fix: [camera] gimbal = true, if it hangs on one"
             )
         return tuple(asked)
 

@@ -10,9 +10,10 @@ from typing import Literal
 import numpy as np
 
 from mavspiral.curve import Path
+from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.timing import fastest_law
-from mavspiral.motion.trajectory import LEVEL, Leg
+from mavspiral.motion.trajectory import LEVEL, Leg, Trajectory
 from mavspiral.motion.turn import Gaze
 from mavspiral.transit import Look, Ways
 
@@ -20,11 +21,19 @@ __all__ = ["Kind", "Pass", "Piece", "flown_in_order", "tour_of"]
 
 Kind = Literal["spiral", "courtyard", "facade", "roof"]
 LENGTH_SAMPLES = 20_000
+FINE_S = 0.002
+POINTED = 1.003
+"""What a point may stand out above the samples beside it."""
+ROOF_SLACK = 1.001
+"""Of 120 roofs at random two asked for more jerk than allowed, by 0.14 % at the most: 0.05 % of time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:
-    """One curve past a piece of the building, and where the camera looks along it, without time."""
+    """One curve past a piece of the building, and where the camera looks along it, without time.
+
+    `pace` is what its time law keeps, and `standoff_m` how far the walls are.
+    """
 
     name: str
     kind: Kind
@@ -32,6 +41,8 @@ class Piece:
     gaze: Gaze
     rings: int
     harmonics: int
+    standoff_m: float
+    pace: Limits
     gimbal_pitch: Gaze = LEVEL
 
 
@@ -43,6 +54,7 @@ class Pass:
     kind: Kind
     rings: int
     harmonics: int
+    standoff_m: float
     leg: Leg
 
     @property
@@ -67,7 +79,7 @@ class Pass:
         return float(np.sqrt((np.diff(self.path(u), axis=0) ** 2).sum(axis=1)).sum())
 
 
-def flown_in_order(pieces: Sequence[Piece], pace: Limits) -> tuple[Pass, ...]:
+def flown_in_order(pieces: Sequence[Piece]) -> tuple[Pass, ...]:
     """The pieces with their time laws. The leg of a lone one is called "inspection", else "inspection-NAME"."""
     lone = len(pieces) == 1
     return tuple(
@@ -76,16 +88,42 @@ def flown_in_order(pieces: Sequence[Piece], pace: Limits) -> tuple[Pass, ...]:
             piece.kind,
             piece.rings,
             piece.harmonics,
+            piece.standoff_m,
             Leg(
                 "inspection" if lone else f"inspection-{piece.name.replace(' ', '-')}",
                 piece.path,
                 piece.gaze,
-                fastest_law(piece.path, piece.gaze, pace),
+                _law(piece),
                 piece.gimbal_pitch,
             ),
         )
         for piece in pieces
     )
+
+
+def _law(piece: Piece) -> TimeLaw:
+    """The piece's time law. A façade's third derivative has a point at every place: it is looked at between them.
+
+    Above a roof, whose heights bend within a few metres, what a law overlooks between its rows is added.
+    """
+    law = fastest_law(piece.path, piece.gaze, piece.pace)
+    if piece.kind == "roof":
+        return law.stretched(ROOF_SLACK)
+    if piece.kind != "facade":
+        return law
+    t_s = np.arange(0.0, law.duration_s, FINE_S)
+    leg = Leg(piece.name, piece.path, piece.gaze, law)
+    states = Trajectory((leg,))(t_s)
+    norms = [
+        float(np.sqrt((vectors**2).sum(axis=1).max()))
+        for vectors in (states.velocity_enu_mps, states.acceleration_enu_mps2, states.jerk_enu_mps3)
+    ]
+    limits = (piece.pace.speed_mps, piece.pace.acceleration_mps2, piece.pace.jerk_mps3)
+    slower = max(
+        (norm / limit) ** (1.0 / order)
+        for order, (norm, limit) in enumerate(zip(norms, limits, strict=True), 1)
+    )
+    return law.stretched(max(1.0, slower * POINTED))
 
 
 def tour_of(passes: Sequence[Pass], ways: Ways) -> tuple[Leg, ...]:

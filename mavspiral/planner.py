@@ -9,7 +9,7 @@ import math
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -161,6 +161,11 @@ class Inspection:
         limits = pace_of(self.mission, camera_of(self.mission), limits_of(self.mission))
         return fastest_law(path, gaze, limits)
 
+    def flown_by(self, autopilot: Literal["px4", "ardupilot"]) -> Inspection:
+        """The same inspection for a vehicle of that autopilot."""
+        vehicle = self.mission.vehicle.model_copy(update={"autopilot": autopilot})
+        return replace(self, mission=self.mission.model_copy(update={"vehicle": vehicle}))
+
     def flown_shots(
         self,
         route: Trajectory,
@@ -248,13 +253,13 @@ def plan(mission: Mission) -> Inspection:
     required_m = budget_of(mission).required_m(mission.limits.clearance_m)
     home = home_enu_m(mission, site, required_m)
     pace = pace_of(mission, camera, limits)
-    found = pieces_of(mission, site, camera, pace, home, required_m)
+    ways = ways_of(mission, site, required_m)
+    found = pieces_of(mission, site, camera, pace, home, required_m, ways.solids)
     watch.lap("curve")
 
-    passes = flown_in_order(found.pieces, pace)
+    passes = flown_in_order(found.pieces)
     watch.lap("timing")
 
-    ways = ways_of(mission, site, required_m)
     tour = tour_of(passes, ways)
     trajectory = route_of(site, tour, home, ways)
     watch.lap("transits")
@@ -280,7 +285,7 @@ def plan(mission: Mission) -> Inspection:
     shots = shots_of(
         trajectory,
         camera,
-        standoff_m=mission.inspection.standoff_m,
+        standoffs_m=[part.standoff_m for part in passes],
         side_overlap=mission.inspection.side_overlap,
     )
     coverage = measure_coverage(patches_of(site), shots, site, camera, demand_of(mission))

@@ -20,7 +20,16 @@ from mavspiral.motion.turn import TurnGaze
 from mavspiral.shape.heightmap import HeightMap
 from mavspiral.survey.solids import Solids
 
-__all__ = ["MARGIN_M", "REACTION_S", "Look", "Ways", "judge_home", "safe_way", "transit_legs"]
+__all__ = [
+    "MARGIN_M",
+    "REACTION_S",
+    "STOPPING_MARGIN_M",
+    "Look",
+    "Ways",
+    "judge_home",
+    "safe_way",
+    "transit_legs",
+]
 
 STEP_M = 2.0
 MARGIN_M = 0.5

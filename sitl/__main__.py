@@ -1,4 +1,4 @@
-"""`python -m sitl`: the bundled vehicle over UDP, as PX4 SITL."""
+"""`python -m sitl`: the bundled vehicle on the ports of PX4's or ArduPilot's SITL."""
 
 from __future__ import annotations
 
@@ -13,7 +13,18 @@ from typing import NoReturn
 
 from sitl.airframe import load_airframe
 from sitl.faults import Fault, parse_fault
-from sitl.link.endpoint import GCS_PORTS, OFFBOARD_PORTS, PortTakenError, px4_links, run, signing_timestamp
+from sitl.link.endpoint import (
+    ARDUPILOT_TCP_PORTS,
+    GCS_PORTS,
+    OFFBOARD_PORTS,
+    Endpoint,
+    PortTakenError,
+    ardupilot_links,
+    px4_links,
+    run,
+    signing_timestamp,
+    wait_for_client,
+)
 from sitl.link.signing import Signing, parse_key
 from sitl.link.tlog import TlogWriter
 from sitl.params import Params
@@ -73,7 +84,11 @@ def main(argv: list[str] | None = None) -> int:
         print("sitl: stopped", flush=True)
         return 0
     try:
-        links = px4_links(options.bind, options.instance)
+        links: tuple[Endpoint, ...]
+        if options.autopilot == "px4":
+            links = px4_links(options.bind, options.instance)
+        else:
+            links = ardupilot_links(options.bind, options.instance)
     except PortTakenError as error:
         print(f"sitl: {error}", file=sys.stderr)
         return 2
@@ -84,7 +99,7 @@ def main(argv: list[str] | None = None) -> int:
     exchange = simulator.exchange if options.tlog is None else _logged(simulator, options.tlog)
     print(
         f"sitl: {options.autopilot} {options.airframe}, system {options.instance + 1}, "
-        f"UDP {_ports(OFFBOARD_PORTS, options.instance)} and {_ports(GCS_PORTS, options.instance)}",
+        f"{_where(options.autopilot, options.instance)}",
         flush=True,
     )
     ready = False
@@ -99,6 +114,8 @@ def main(argv: list[str] | None = None) -> int:
         return True
 
     try:
+        if options.autopilot == "ardupilot":
+            wait_for_client(links, options.instance)
         run(exchange, links, speedup=options.speedup, after_frame=tell)
     except KeyboardInterrupt:
         print("sitl: stopped", flush=True)
@@ -132,6 +149,14 @@ def _logged(simulator: Simulator, path: Path) -> Exchange:
     return exchange
 
 
+def _where(autopilot: str, instance: int) -> str:
+    """On which ports it is found."""
+    if autopilot == "px4":
+        return f"UDP {_ports(OFFBOARD_PORTS, instance)} and {_ports(GCS_PORTS, instance)}"
+    tcp = ", ".join(str(port + 10 * instance) for port in ARDUPILOT_TCP_PORTS)
+    return f"TCP {tcp} and UDP →{GCS_PORTS[1] + 10 * instance}; boots when somebody comes to the first or listens on the last"
+
+
 def _ports(ports: tuple[int, int], instance: int) -> str:
     local, remote = ports
     return f"{local + instance}→{remote + instance}"
@@ -140,7 +165,12 @@ def _ports(ports: tuple[int, int], instance: int) -> str:
 def _options() -> argparse.ArgumentParser:
     parser = _Parser(prog="python -m sitl", description=__doc__)
     add = parser.add_argument
-    add("--autopilot", choices=["px4"], default="px4", help="whose behaviour on the link (default: px4)")
+    add(
+        "--autopilot",
+        choices=["px4", "ardupilot"],
+        default="px4",
+        help="whose behaviour on the link (default: px4)",
+    )
     add("--airframe", default="x500", help="which body (default: x500)")
     add("--home", type=_home, default=_home(_KIOSK_HOME), metavar="LAT,LON,ALT_AMSL_M,HEADING_DEG",
         help=f"where it stands (default: {_KIOSK_HOME})")  # fmt: skip

@@ -25,19 +25,21 @@ __all__ = [
     "Order",
     "PayloadStatus",
     "Reposition",
+    "SetHome",
     "Severity",
     "Shot",
     "StartMission",
     "SwitchMode",
     "TakeOff",
     "TakePlan",
+    "TurnTo",
     "UsePayload",
     "Verdict",
 ]
 
 
 class Mode(Enum):
-    """What the vehicle is doing."""
+    """What the vehicle is doing: PX4's modes, then ArduCopter's. Both have LAND."""
 
     POSITION = auto()
     HOLD = auto()
@@ -47,6 +49,15 @@ class Mode(Enum):
     LAND = auto()
     OFFBOARD = auto()
     ORBIT = auto()
+
+    STABILIZE = auto()
+    ALT_HOLD = auto()
+    AUTO = auto()
+    GUIDED = auto()
+    LOITER = auto()
+    RTL = auto()
+    POSHOLD = auto()
+    BRAKE = auto()
 
 
 class Landed(Enum):
@@ -142,6 +153,13 @@ class UsePayload:
 
 
 @dataclass(frozen=True, slots=True)
+class SetHome:
+    """Home is there; without a point, here."""
+
+    point: GeoPoint | None
+
+
+@dataclass(frozen=True, slots=True)
 class ChangeSpeed:
     """Fly by itself so fast from now on; `axis` is MAVLink's SPEED_TYPE: 1 ground speed, 2 climb, 3 descent."""
 
@@ -164,6 +182,16 @@ class Orbit:
     alt_amsl_m: float
 
 
+@dataclass(frozen=True, slots=True)
+class TurnTo:
+    """Turn the nose: to a heading, or by an angle; `sign` is 1 clockwise, -1 the other way, 0 the shorter."""
+
+    yaw_rad: float
+    rate_radps: float
+    sign: int
+    relative: bool
+
+
 Order = (
     ChangeSpeed
     | Orbit
@@ -176,6 +204,8 @@ Order = (
     | GoToItem
     | StartMission
     | UsePayload
+    | SetHome
+    | TurnTo
 )
 
 
@@ -275,3 +305,5 @@ class FlightStatus:
     mission_ok: bool
     orbit: OrbitRun | None = None
     payload: PayloadStatus = _NO_PAYLOAD
+    knows_place: bool = True
+    """Whether it would fly by its position now."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from sitl.autopilot.commander import Commander, CommanderState
+from sitl.autopilot.copter import Copter
+from sitl.autopilot.copter_memory import CopterState
 from sitl.faults import Fault, LinkFault
 from sitl.link.channel import Channel, ChannelState
 from sitl.link.parameters import ParameterTable, TableState
@@ -17,9 +19,13 @@ from sitl.link.report import Report
 from sitl.link.signing import Signer, SignerState, Signing
 from sitl.link.streams import GCS_RATES_HZ, OFFBOARD_RATES_HZ
 from sitl.orders import FlightStatus, Notice, Order, Verdict
+from sitl.params import Params
 from sitl.plans import MissionRun, Plans
 from sitl.signals import FloatArray, Setpoint, TruthState
 from sitl.vehicle import FRAME_US, Vehicle, VehicleConfig, VehicleState
+
+if TYPE_CHECKING:
+    from sitl.link.ardupilot import ArduPilotLink, ArduPilotLinkState
 
 __all__ = ["Event", "Simulator", "SimulatorConfig", "SimulatorState", "Step"]
 
@@ -27,6 +33,8 @@ _OFFBOARD = 0
 _LINK_DICE = 0x4C494E4B
 """Sets the links' random streams apart from the senses'."""
 _LINK_RATES_HZ: tuple[Mapping[str, float], ...] = (OFFBOARD_RATES_HZ, GCS_RATES_HZ)
+_SERIAL_PORTS_N = 4
+"""ArduPilot's: three for TCP, of which the first is the console, and the one of the ground station's UDP."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +46,7 @@ class SimulatorConfig:
     """
 
     vehicle: VehicleConfig
-    autopilot: Literal["px4"] = "px4"
+    autopilot: Literal["px4", "ardupilot"] = "px4"
     instance: int = 0
     loss_scale: float = 1.0
     signing: Signing | None = None
@@ -68,25 +76,22 @@ class SimulatorState:
     """A simulator's whole state, as a value."""
 
     vehicle: VehicleState
-    commander: CommanderState
+    commander: CommanderState | CopterState
     parameters: TableState
-    links: tuple[Px4LinkState, ...]
+    links: tuple[Px4LinkState | ArduPilotLinkState, ...]
     channels: tuple[ChannelState, ...]
     uploading: bool
     signer: SignerState | None
 
 
 class Simulator:
-    """A quadrotor at the other end of MAVLink links: the first is the offboard link, the second the GCS's."""
+    """A quadrotor at the other end of MAVLink links: PX4's offboard link and GCS's, or ArduPilot's serial ports."""
 
     def __init__(self, config: SimulatorConfig) -> None:
         self.config = config
         self._craft = _Craft(config)
         self._signer = None if config.signing is None else Signer(config.signing)
-        self._links = tuple(
-            Px4Link(config.instance + 1, rates_hz, self._signer, camera=config.camera)
-            for rates_hz in _LINK_RATES_HZ
-        )
+        self._links: tuple[Px4Link | ArduPilotLink, ...] = _links(config, self._signer)
         dice = np.random.SeedSequence([config.vehicle.seed, _LINK_DICE]).spawn(2 * len(self._links))
         self._uplinks = tuple(map(Channel, dice[::2]))
         self._downlinks = tuple(map(Channel, dice[1::2]))
@@ -177,16 +182,20 @@ class Simulator:
         if self._signer is not None and state.signer is not None:
             self._signer.restore(state.signer)
         for link, link_state in zip(self._links, state.links, strict=True):
-            link.restore(link_state)
+            link.restore(link_state)  # type: ignore[arg-type]  # a twin by config gave it
         for channel, channel_state in zip((*self._uplinks, *self._downlinks), state.channels, strict=True):
             channel.restore(channel_state)
 
     def _forward(self, outs: list[bytearray]) -> None:
         """Pass heartbeats on from the ground station's link, as PX4's start script has it."""
+        offboard = self._links[_OFFBOARD]
+        if not isinstance(offboard, Px4Link):
+            return
         for source in self._links[: len(outs)]:
+            assert isinstance(source, Px4Link)
             heartbeats = source.take_heartbeats()
-            if source is not self._links[_OFFBOARD]:
-                outs[_OFFBOARD] += b"".join(map(self._links[_OFFBOARD].forward, heartbeats))
+            if source is not offboard:
+                outs[_OFFBOARD] += b"".join(map(offboard.forward, heartbeats))
 
     def _tell(self, outs: list[bytearray]) -> None:
         for notice in self._craft.take_notices():
@@ -204,14 +213,33 @@ def _carried(
     return tuple(channel.carry(now_us, bytes(chunk), ill) for channel, chunk in ways)
 
 
+def _links(config: SimulatorConfig, signer: Signer | None) -> tuple[Px4Link | ArduPilotLink, ...]:
+    system = config.instance + 1
+    if config.autopilot == "px4":
+        return tuple(Px4Link(system, rates_hz, signer, camera=config.camera) for rates_hz in _LINK_RATES_HZ)
+    from sitl.link.ardupilot import ArduPilotLink  # its dialect's tables take a while to load
+
+    return tuple(ArduPilotLink(system, signer, greets=port == 0) for port in range(_SERIAL_PORTS_N))
+
+
+def _brain(config: SimulatorConfig, params: Params) -> tuple[ParameterTable, Commander | Copter]:
+    """The autopilot's parameters, and its commander that obeys them."""
+    if config.autopilot == "px4":
+        table = ParameterTable(params)
+        return table, Commander(table, config.loss_scale)
+    from sitl.link.ardupilot_parameters import CopterTable
+
+    table = CopterTable(params, config.instance + 1)
+    return table, Copter(table)
+
+
 class _Craft:
     """A vehicle under its commander: the helm that the links hold."""
 
     def __init__(self, config: SimulatorConfig) -> None:
         params = config.vehicle.params.replace(MAV_SYS_ID=config.instance + 1)
-        self.parameters = ParameterTable(params)
-        self.vehicle = Vehicle(replace(config.vehicle, params=params))
-        self.commander = Commander(self.parameters, config.loss_scale)
+        self.parameters, self.commander = _brain(config, params)
+        self.vehicle = Vehicle(replace(config.vehicle, params=self.parameters.vehicle_params))
         self.events: list[Event] = []
         self.uploading = False
         self.run: MissionRun = self.commander.run
@@ -241,6 +269,11 @@ class _Craft:
     def steer(self, setpoint: Setpoint) -> None:
         """Take an OFFBOARD setpoint."""
         self.commander.steer(setpoint, self.vehicle)
+
+    def hear_ground_station(self) -> None:
+        """The ground station is there; PX4 does not mind when it is not."""
+        if isinstance(self.commander, Copter):
+            self.commander.hear_ground_station(self.time_us)
 
     def attitude(self) -> FloatArray:
         """The attitude `q_ned_frd`, as estimated."""
@@ -275,7 +308,7 @@ class _Craft:
     def restore(self, state: SimulatorState) -> None:
         """Become again what the snapshot saw."""
         self.vehicle.restore(state.vehicle)
-        self.commander.restore(state.commander)
+        self.commander.restore(state.commander)  # type: ignore[arg-type]  # a twin by config gave it
         self.parameters.restore(state.parameters)
         self.vehicle.params = self.parameters.vehicle_params
         self.events, self.uploading = [], state.uploading

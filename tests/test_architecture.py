@@ -18,6 +18,10 @@ flown handover uploads
 progress recording
 show planner
 pieces route
+courtyards roofs
+spirals roof_ways
+facades
+candidate
 passes sorties
 order transit obstacle
 brief
@@ -37,6 +41,7 @@ simulator
 vehicle
 trouble loop
 link autopilot estimator physics
+copter_params
 faults params
 airframe
 orders

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from mavspiral.arrays import FloatArray, locked
 from mavspiral.curve import Path
 
-__all__ = ["YawSpline", "inward_gaze"]
+__all__ = ["YawSpline", "box_average", "inward_gaze"]
 
 SAMPLES_PER_TURN = 256
 
@@ -85,12 +85,12 @@ def inward_gaze(path: Path, *, smoothing_m: float) -> YawSpline:
     speed = np.hypot(along[:, 0], along[:, 1])
     s = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * knot_rad)])
     for _ in range(2):
-        yaw = _box_average(s, yaw, smoothing_m)
+        yaw = box_average(s, yaw, smoothing_m)
     yaw = yaw[margin : margin + knots]
     return YawSpline(yaw - 2.0 * np.pi * np.round((yaw[1] - np.pi) / (2.0 * np.pi)), knot_rad)
 
 
-def _box_average(s: FloatArray, values: FloatArray, width: float) -> FloatArray:
+def box_average(s: FloatArray, values: FloatArray, width: float) -> FloatArray:
     """The mean of `values` over `s ± width/2`, the window cut short at both ends alike."""
     integral = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(s))])
     half = np.minimum(0.5 * width, np.minimum(s - s[0], s[-1] - s))

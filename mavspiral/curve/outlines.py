@@ -19,7 +19,7 @@ from mavspiral.curve.walk import Walk, signed_distance
 from mavspiral.shape.contour import Ring, ring
 from mavspiral.shape.slicing import Slice, SolidDistance
 
-__all__ = ["KeyOutlines", "key_outlines"]
+__all__ = ["POINT_SPACING_M", "KeyOutlines", "begun_at", "key_outlines"]
 
 POINT_SPACING_M = 0.6
 """At most this far apart are the points that an outline's spectrum is taken from, unless it is very long."""
@@ -67,7 +67,7 @@ def key_outlines(
         raise ValueError(f"nothing stands within {standoff_m} m of the anchor at {heights_m[0]} m")
     points = 1 << int(np.clip(np.ceil(np.log2(target.length_m / POINT_SPACING_M)), 8, 10))
     reached = target
-    spectra = [spectra_of(_begun_at(target, start_enu_m).resampled(points).points_enu_m)]
+    spectra = [spectra_of(begun_at(target, start_enu_m).resampled(points).points_enu_m)]
     of_key: list[int] = []
     walking = [False]
     walk: Walk | None = None
@@ -88,7 +88,7 @@ def key_outlines(
     return KeyOutlines(np.array(spectra), np.array(of_key), np.array(walking), points)
 
 
-def _begun_at(outline: Ring, start_enu_m: FloatArray) -> Ring:
+def begun_at(outline: Ring, start_enu_m: FloatArray) -> Ring:
     """The same ring, begun at its point nearest to `start_enu_m` (2,)."""
     points = outline.points_enu_m
     return Ring(np.roll(points, -int(np.argmin(((points - start_enu_m) ** 2).sum(axis=1))), axis=0))

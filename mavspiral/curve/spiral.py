@@ -23,7 +23,7 @@ from mavspiral.errors import InputError, LimitError
 from mavspiral.shape.parts import Part
 from mavspiral.shape.slicing import SolidDistance
 
-__all__ = ["Spiral", "SpiralPath", "plan_spiral"]
+__all__ = ["ATTEMPTS", "FIT_M", "TOLERANCE_M", "Spiral", "SpiralPath", "nearest", "plan_spiral"]
 
 FAR_EAST = np.array([1e6, 0.0])
 TOLERANCE_M = 0.3
@@ -151,7 +151,7 @@ def plan_spiral(
         path = _spiral_at(
             solid, part.anchor_enu_m, start_enu_m, climb, ring_m, corner_radius_m, step_m, keys_per_turn
         )
-        nearest_m, at_rad = _nearest(solid, path)
+        nearest_m, at_rad = nearest(solid, path)
         if nearest_m >= required_m:
             return Spiral(path, nearest_m)
         ring_m += 1.2 * (required_m - nearest_m) + 0.02
@@ -198,7 +198,7 @@ def _spiral_at(
     return SpiralPath(outlines.spectra_m[:, : harmonics + 1], of_key, key_rad, climb, u_end_rad)
 
 
-def _nearest(solid: SolidDistance, path: SpiralPath) -> tuple[float, float]:
+def nearest(solid: SolidDistance, path: SpiralPath) -> tuple[float, float]:
     """The least distance from the curve to the solid, looked at every half metre, and where."""
     u = np.linspace(0.0, path.u_end_rad, 64)
     length_m = np.hypot(*path(u, 1)[:, :2].T).mean() * path.u_end_rad

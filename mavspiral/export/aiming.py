@@ -6,6 +6,7 @@ a corner the gazes of a trajectory meet in the corner, along a wall they meet no
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,8 @@ __all__ = ["FAR_M", "Aim", "aim_over"]
 FAR_M = 500.0
 NEAR_M = 2.0
 """Nearer than this a point runs out of the picture."""
+STEEPEST_RAD = math.radians(85.0)
+"""Straight down a line of sight meets nothing that is ahead: there the point lies so steeply below it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +57,7 @@ def aim_over(states: TrajectoryState, begin: int, end: int) -> Aim:
 def _aim(point_m: FloatArray, place: FloatArray, yaw: FloatArray, pitch: FloatArray) -> Aim:
     way = point_m - place[:, :2]
     distance_m = np.hypot(*way.T)
-    height_m = float((place[:, 2] + np.tan(pitch) * distance_m).mean())
+    height_m = float((place[:, 2] + np.tan(np.maximum(pitch, -STEEPEST_RAD)) * distance_m).mean())
     turned = np.abs(wrap_rad(np.arctan2(way[:, 1], way[:, 0]) - yaw))
     tilted = np.abs(np.arctan2(height_m - place[:, 2], distance_m) - pitch)
     return Aim(np.append(point_m, height_m), float(max(turned.max(), tilted.max())))

@@ -63,6 +63,11 @@ def identified(s: Situation) -> bool:
     if s.vehicle.version is None:
         return False
     s.tell("info", f"{s.profile.name} {s.vehicle.version.version}")
+    planned_for = s.config.planned_for
+    if planned_for is not None and planned_for != s.profile.name:
+        s.tell(
+            "warning", f"the mission was planned for {planned_for}; this is {s.profile.name}, flown as such"
+        )
     return True
 
 
@@ -185,13 +190,17 @@ def at_height(s: Situation) -> bool:
 
 def ask_takeoff(s: Situation) -> bytes:
     """Ask it to climb to the first point's height, unless it already does."""
-    if s.vehicle.flying or s.vehicle.mode == s.profile.climb[0].custom_mode:
+    mode = s.profile.takeoff_mode
+    if s.vehicle.flying or (mode is not None and s.vehicle.mode == mode.custom_mode):
         return b""
+    if s.profile.takeoff_from_home and s.vehicle.home is None:
+        return s.link.command(Command.REQUEST_MESSAGE, MessageId.HOME_POSITION)
     assert s.trajectory is not None and s.reference is not None
     first_enu_m = s.trajectory(0.0).position_enu_m
     alt_amsl_m = s.frame.geo_point(first_enu_m).alt_amsl_m
-    climb_m = s.vehicle.position_ned_m[2] - s.reference.at(0.0).position_ned_m[2]
-    return s.link.command(Command.NAV_TAKEOFF, *s.profile.takeoff_params(alt_amsl_m, climb_m))
+    home = s.vehicle.home
+    height_home_m = math.nan if home is None else alt_amsl_m - home.alt_amsl_m
+    return s.link.command(Command.NAV_TAKEOFF, *s.profile.takeoff_params(alt_amsl_m, height_home_m))
 
 
 def prepare_join(s: Situation) -> None:
@@ -202,7 +211,13 @@ def prepare_join(s: Situation) -> None:
     yaw = s.vehicle.yaw_ned_rad
     here = Target(s.vehicle.position_ned_m, still, still, first.yaw_ned_rad if math.isnan(yaw) else yaw, 0.0)
     join = Reference.move(here, first, speed_mps=_JOIN_MPS, yaw_rate_radps=_JOIN_RADPS)
-    s.follower = Follower(join, s.config.governor, s.clock.at(s.now_us), pace=Pace(0.0, 0.0, 0.0))
+    s.follower = Follower(
+        join,
+        s.config.governor,
+        s.clock.at(s.now_us),
+        feels_drag=s.profile.feels_drag,
+        pace=Pace(0.0, 0.0, 0.0),
+    )
 
 
 def prestreamed(s: Situation) -> bool:
@@ -236,8 +251,14 @@ def prepare_stream(s: Situation) -> None:
         s.clock.at(s.now_us),
         lead_s=s.profile.lead_s,
         tilt_lead_s=s.profile.tilt_lead_s,
-        damping=parameter(s.vehicle, s.profile, s.profile.damping) or 0.0,
+        damping=_damping(s),
+        feels_drag=s.profile.feels_drag,
     )
+
+
+def _damping(s: Situation) -> float:
+    name = s.profile.damping
+    return (parameter(s.vehicle, s.profile, name) or 0.0) if name is not None else 0.0
 
 
 def stands(s: Situation) -> bool:
@@ -254,7 +275,12 @@ def prepare_return(s: Situation) -> None:
     here_enu_m = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
     end = s.trajectory(s.trajectory.duration_s)
     way = s.way_home(here_enu_m, end.position_enu_m, float(yaw_ned_to_enu(s.vehicle.yaw_ned_rad)))
-    s.follower = Follower(Reference.of(way, s.to_vehicle), s.config.governor, s.clock.at(s.now_us))
+    s.follower = Follower(
+        Reference.of(way, s.to_vehicle),
+        s.config.governor,
+        s.clock.at(s.now_us),
+        feels_drag=s.profile.feels_drag,
+    )
 
 
 def finished(s: Situation) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from mavspiral.flight.link import SYSTEM_ID
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.reference import Extremes
 from mavspiral.flight.vehicle import Vehicle
@@ -14,7 +15,6 @@ Finding = tuple[str, str]
 """Severity ("warning" or "error") and the words."""
 
 _SPEED_TOLERANCE = 1.01
-_LONG_LOSS_S = 3.0
 
 
 def check_before_arming(
@@ -63,7 +63,16 @@ def _speeds(vehicle: Vehicle, profile: Profile, extremes: Extremes) -> list[Find
         elif plan_mps > allowed_mps * _SPEED_TOLERANCE:
             words = f"the plan's {axis} reaches {plan_mps:.2f} m/s, {name} allows {allowed_mps:.2f}"
             findings.append(("error", f"{words}; plan it slower or raise {name}"))
-    return findings
+    return findings + _acceleration(vehicle, profile, extremes)
+
+
+def _acceleration(vehicle: Vehicle, profile: Profile, extremes: Extremes) -> list[Finding]:
+    name, plan_mps2 = profile.acceleration_parameter, extremes.acceleration_mps2
+    allowed_mps2 = None if name is None else parameter(vehicle, profile, name)
+    if allowed_mps2 is None or plan_mps2 <= allowed_mps2 * _SPEED_TOLERANCE:
+        return []
+    words = f"the plan's acceleration reaches {plan_mps2:.2f} m/s², {name} allows {allowed_mps2:.2f}"
+    return [("error", f"{words}; plan it gentler or raise {name}")]
 
 
 def _loss(vehicle: Vehicle, profile: Profile) -> list[Finding]:
@@ -80,7 +89,12 @@ def _loss(vehicle: Vehicle, profile: Profile) -> list[Finding]:
         findings.append(
             ("warning", f"if the link is lost: {does} ({profile.loss_action} = {int(action)}); safer: {safe}")
         )
-    if timeout_s is not None and timeout_s > _LONG_LOSS_S:
+    if action and profile.loss_listens_to is not None:
+        heard = parameter(vehicle, profile, profile.loss_listens_to)
+        if heard is not None and int(heard) != SYSTEM_ID:
+            words = f"{profile.loss_action} waits for the heartbeat of system {int(heard)}, and this is {SYSTEM_ID}"
+            findings.append(("warning", f"{words}: the loss of this link alone goes unnoticed"))
+    if timeout_s is not None and timeout_s > profile.long_loss_s:
         findings.append(
             (
                 "warning",
@@ -101,6 +115,8 @@ def _return(vehicle: Vehicle, profile: Profile, safe_return_m: float) -> list[Fi
 
 
 def parameter(vehicle: Vehicle, profile: Profile, name: str) -> float | None:
-    """What the vehicle said the parameter is; None if it did not."""
+    """What the vehicle said the parameter is, in SI units; None if it did not."""
     value = vehicle.parameters.get(name)
-    return None if value is None else value.number(bytewise=profile.integers_bytewise)
+    if value is None:
+        return None
+    return value.number(bytewise=profile.integers_bytewise) * profile.parameter_units.get(name, 1.0)

@@ -72,9 +72,7 @@ COURSE: Mapping[State, Row] = {
         State.IDENTIFY,
         within_s=10.0,
         late=Late.NOBODY,
-        words=lambda s: (
-            f"nobody answers: no heartbeat of {s.profile.name} in 10 s; check the link and the port"
-        ),
+        words=lambda s: f"nobody answers: no heartbeat of {s.awaited} in 10 s; check the link and the port",
     ),
     State.IDENTIFY: Row(
         actions.identified,

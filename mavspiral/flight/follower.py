@@ -21,6 +21,7 @@ class Follower:
         lead_s: how far ahead of path time the setpoint is taken, for what the vehicle takes to act on it.
         tilt_lead_s: the same for its acceleration, which the vehicle must tilt for.
         damping: what share of its measured acceleration the vehicle takes off again (`feedforward`).
+        feels_drag: the setpoint's acceleration makes up for the air's drag, learned on the way.
         vehicle_us: the vehicle's time now.
         pace: the path time and its rate to begin with.
 
@@ -37,6 +38,7 @@ class Follower:
         lead_s: float = 0.0,
         tilt_lead_s: float = 0.0,
         damping: float = 0.0,
+        feels_drag: bool = True,
         pace: Pace | None = None,
     ) -> None:
         self.reference = reference
@@ -48,7 +50,8 @@ class Follower:
         self._vehicle_us = vehicle_us
         self._speed_mps = 0.0
         self._heard_us = vehicle_us
-        self.drag_per_s = DRAG_TYPICAL_PER_S
+        self._feels_drag = feels_drag
+        self.drag_per_s = DRAG_TYPICAL_PER_S if feels_drag else 0.0
         self.due = reference.at(*self.pace)
 
     @property
@@ -63,7 +66,7 @@ class Follower:
         self.error_m = math.dist(then.position_ned_m, position_ned_m)
         self._speed_mps = math.hypot(*then.velocity_ned_mps)
         dt_s, self._heard_us = (vehicle_us - self._heard_us) * 1e-6, vehicle_us
-        if self.pace.rate == 1.0 and self._speed_mps > 0.0:
+        if self._feels_drag and self.pace.rate == 1.0 and self._speed_mps > 0.0:
             ways = zip(then.position_ned_m, position_ned_m, then.velocity_ned_mps, strict=True)
             lag_m = sum((meant - is_at) * v for meant, is_at, v in ways) / self._speed_mps
             self.drag_per_s = learned_drag(self.drag_per_s, lag_m, self._speed_mps, dt_s)

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from pymavlink.dialects.v20 import ardupilotmega
 from pymavlink.dialects.v20 import common as mavlink
 
 from mavspiral.flight.messages import (
@@ -22,6 +23,7 @@ from mavspiral.flight.messages import (
     ExtendedSysState,
     GlobalPosition,
     Heartbeat,
+    Home,
     ImageCaptured,
     LocalPosition,
     Message,
@@ -319,11 +321,18 @@ def _mission_item(m: mavlink.MAVLink_message) -> MissionItem:
     return MissionItem(m.seq, m.command, m.frame, params, m.x, m.y, m.z, bool(m.autocontinue), m.mission_type)
 
 
+def _camera_feedback(values: tuple[Any, ...]) -> ImageCaptured:
+    """ArduPilot's own word for a picture, in its order on the wire; the common dialect does not know it."""
+    time_us, image_index = values[0], values[9]
+    return ImageCaptured(time_us // 1000, image_index, taken=True)
+
+
 _HOT: dict[int | None, tuple[Callable[..., Message], Any, bytes]] = {
     described.id: (make, described, bytes((described.crc_extra,)))
     for make, described in (
         (LocalPosition._make, mavlink.MAVLink_local_position_ned_message),
         (Attitude._make, mavlink.MAVLink_attitude_message),
+        (_camera_feedback, ardupilotmega.MAVLink_camera_feedback_message),
     )
 }
 
@@ -332,6 +341,7 @@ _RARE: dict[str, Callable[[Any], Message]] = {
     "SYS_STATUS": lambda m: SysStatus(m.battery_remaining if m.battery_remaining >= 0 else None),
     "EXTENDED_SYS_STATE": lambda m: ExtendedSysState(m.landed_state),
     "GPS_GLOBAL_ORIGIN": lambda m: Origin(m.latitude / 1e7, m.longitude / 1e7, m.altitude / 1e3),
+    "HOME_POSITION": lambda m: Home(m.latitude / 1e7, m.longitude / 1e7, m.altitude / 1e3),
     "GLOBAL_POSITION_INT": lambda m: GlobalPosition(m.time_boot_ms, m.lat / 1e7, m.lon / 1e7, m.alt / 1e3),
     "CAMERA_IMAGE_CAPTURED": lambda m: ImageCaptured(m.time_boot_ms, m.image_index, m.capture_result == 1),
     "COMMAND_ACK": lambda m: CommandAck(m.command, m.result),

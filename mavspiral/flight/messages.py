@@ -18,6 +18,7 @@ __all__ = [
     "ExtendedSysState",
     "GlobalPosition",
     "Heartbeat",
+    "Home",
     "ImageCaptured",
     "LandedState",
     "LocalPosition",
@@ -59,6 +60,7 @@ class MessageId(IntEnum):
     SET_POSITION_TARGET_LOCAL_NED = 84
     POSITION_TARGET_LOCAL_NED = 85
     POSITION_TARGET_GLOBAL_INT = 87
+    TIMESYNC = 111
     AUTOPILOT_VERSION = 148
     HOME_POSITION = 242
     EXTENDED_SYS_STATE = 245
@@ -220,6 +222,14 @@ class Origin(NamedTuple):
     alt_amsl_m: float
 
 
+class Home(NamedTuple):
+    """HOME_POSITION: where the vehicle's own heights above home begin."""
+
+    lat_deg: float
+    lon_deg: float
+    alt_amsl_m: float
+
+
 class SysStatus(NamedTuple):
     """SYS_STATUS; `battery_pct` is None where the vehicle does not know."""
 
@@ -317,6 +327,7 @@ Message = (
     | Attitude
     | GlobalPosition
     | Origin
+    | Home
     | SysStatus
     | ExtendedSysState
     | CommandAck

@@ -55,6 +55,7 @@ class SessionConfig:
         lost_after_s: a silence after which the link is lost and the setpoints end.
         set_failsafes: set the parameters that make a lost link safe before the flight, and put them back after it.
         dry_run: do everything but arm; nothing is set either.
+        planned_for: the autopilot that the mission names, if it names one; another one is told of.
     """
 
     rate_hz: float = 50.0
@@ -67,6 +68,7 @@ class SessionConfig:
     lost_after_s: float = 5.0
     set_failsafes: bool = False
     dry_run: bool = False
+    planned_for: str | None = None
 
     def __post_init__(self) -> None:
         """Checks the rate."""

@@ -46,7 +46,9 @@ PX4 = Profile(
     go_home=_mode("AUTO.RTL", _AUTO, 5),
     climb=(_mode("AUTO.TAKEOFF", _AUTO, 2), _mode("AUTO.LOITER", _AUTO, 3)),
     arm_in=None,
+    camera_id=100,  # MAV_COMP_ID_CAMERA
     gimbal=_gimbal,
+    takeoff_mode=_mode("AUTO.TAKEOFF", _AUTO, 2),
     other_modes=(
         _mode("MANUAL", 1),
         _mode("ALTCTL", 2),
@@ -84,8 +86,11 @@ PX4 = Profile(
     tilt_lead_s=0.12,
     pre_stream_s=1.0,
     takeoff_params=_takeoff_params,
+    takeoff_from_home=False,
     takeoff_within_m=1.0,
     speed_parameters=("MPC_XY_VEL_MAX", "MPC_Z_VEL_MAX_UP", "MPC_Z_VEL_MAX_DN"),
+    acceleration_parameter=None,
+    parameter_units={},
     integers_bytewise=True,
     loss_timeout="COM_OF_LOSS_T",
     loss_action="COM_OBL_RC_ACT",
@@ -100,6 +105,8 @@ PX4 = Profile(
         7: "Disarm",
     },
     safe_loss_actions=_NEEDS_NOBODY,
+    long_loss_s=3.0,
+    loss_listens_to=None,
     return_height="RTL_RETURN_ALT",
     failsafes={
         "COM_OF_LOSS_T": lambda now_s, _: min(now_s, _LOSS_S),
@@ -108,4 +115,5 @@ PX4 = Profile(
         "RTL_RETURN_ALT": lambda now_m, safe_m: max(now_m, float(math.ceil(safe_m))),
     },
     damping="MPC_XY_VEL_D_ACC",
+    feels_drag=True,
 )

@@ -42,11 +42,12 @@ _HERMITE = np.array(
 
 @dataclass(frozen=True, slots=True)
 class Extremes:
-    """The fastest that a reference asks of the vehicle."""
+    """The most that a reference asks of the vehicle; the acceleration is the horizontal one."""
 
     horizontal_mps: float
     climb_mps: float
     descent_mps: float
+    acceleration_mps2: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,10 +130,14 @@ class Reference:
         )
 
     def extremes(self) -> Extremes:
-        """The largest speeds at the knots."""
+        """The largest speeds and the largest horizontal acceleration at the knots."""
         north, east, down, _ = self.rates.T
+        north_mps2, east_mps2, _, _ = self.accelerations.T
         return Extremes(
-            float(np.hypot(north, east).max()), float(max(0.0, -down.min())), float(max(0.0, down.max()))
+            float(np.hypot(north, east).max()),
+            float(max(0.0, -down.min())),
+            float(max(0.0, down.max())),
+            float(np.hypot(north_mps2, east_mps2).max()),
         )
 
 

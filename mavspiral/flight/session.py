@@ -9,7 +9,7 @@ and a local origin that moves (fly home). ACKs are only reported; the HEARTBEAT 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from mavspiral.errors import LimitError, LinkError, MavspiralError
 from mavspiral.flight.course import COURSE, Late, Row
@@ -45,7 +45,7 @@ class Session:
         frame: the plan's ENU.
         config: what may be told.
         way_home: gives the way back from anywhere on the flight; without it a flight that is given up lands there.
-        profile: the autopilot's ways.
+        profiles: the ways of the autopilots that it may be; the vehicle's first heartbeat tells which it is.
         shots: what camera and gimbal are told; without it nothing.
         tap: is handed every whole frame with its time, both directions (`TlogWriter.write`).
         signer: for a link whose both ends sign.
@@ -58,7 +58,7 @@ class Session:
         config: SessionConfig | None = None,
         *,
         way_home: WayHome | None = None,
-        profile: Profile = PX4,
+        profiles: Sequence[Profile] = (PX4,),
         shots: ShotOrders | None = None,
         tap: Callable[[int, bytes], None] | None = None,
         signer: Signer | None = None,
@@ -67,7 +67,10 @@ class Session:
         self.outcome: Outcome | None = None
         config = config or SessionConfig()
         link = Link(None if tap is None else lambda packet: tap(self._s.now_us, packet), signer)
-        self._s = Situation(route, way_home, frame, config, profile, link, TelemetryRequest(profile))
+        self._profiles = {profile.autopilot: profile for profile in profiles}
+        first = profiles[0]
+        self._s = Situation(route, way_home, frame, config, first, link, TelemetryRequest(first))
+        self._s.awaited = " or ".join(profile.name for profile in profiles)
         self._row = COURSE[State.CONNECT]
         self._streamer = Streamer(self._s)
         self._shutter = None if shots is None else Shutter(self._s, shots)
@@ -87,6 +90,7 @@ class Session:
         self._entry_mode: int | None = None
         self._mode_reached = False
         self._following_us = 0
+        self._said: StatusText | None = None
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
@@ -124,6 +128,11 @@ class Session:
         """The link is gone for good, says whoever drives us."""
         if self.outcome is None:
             self._conclude(reason, LinkError.exit_code)
+
+    @property
+    def profile(self) -> Profile:
+        """The vehicle's ways; before it is heard, those of the first autopilot that it may be."""
+        return self._s.profile
 
     @property
     def trajectory(self) -> Trajectory | None:
@@ -201,14 +210,17 @@ class Session:
             s.tell("warning", "refused: a frame that was not signed with our key, or had come before")
         for message in messages:
             if s.link.vehicle is None:
-                if not isinstance(message, Heartbeat) or message.autopilot != s.profile.autopilot:
+                if not isinstance(message, Heartbeat) or message.autopilot not in self._profiles:
                     continue
                 s.link.vehicle = message.system_id, message.component_id
+                s.profile = self._profiles[message.autopilot]
+                s.telemetry = TelemetryRequest(s.profile)
             self._heard_us = s.now_us
             s.vehicle.note(message)
             if self._shutter is not None:
                 self._shutter.heard(message)
-            if isinstance(message, StatusText):
+            if isinstance(message, StatusText) and message != self._said:
+                self._said = message
                 s.tell("warning" if message.severity <= _WARNING else "info", f"vehicle: {message.text}")
         local = s.vehicle.local
         if local is None or local is local_before:

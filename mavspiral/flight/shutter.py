@@ -19,10 +19,7 @@ from mavspiral.flight.messages import Command, CommandAck, ImageCaptured, Messag
 from mavspiral.flight.situation import Situation
 from mavspiral.motion.trajectory import Trajectory
 
-__all__ = ["CAMERA_ID", "Picture", "ShotOrders", "Shutter"]
-
-CAMERA_ID = 100
-"""MAV_COMP_ID_CAMERA."""
+__all__ = ["Picture", "ShotOrders", "Shutter"]
 
 _AGAIN_US = 200_000
 _TRIES_N = 4
@@ -191,7 +188,7 @@ class Shutter:
         if self._orders.trigger == "digicam":
             return self._s.link.command(Command.DO_DIGICAM_CONTROL, 0.0, 0.0, 0.0, 0.0, 1.0)
         return self._s.link.command(
-            Command.IMAGE_START_CAPTURE, 0.0, 0.0, 1.0, shot + 1.0, component=CAMERA_ID
+            Command.IMAGE_START_CAPTURE, 0.0, 0.0, 1.0, shot + 1.0, component=self._s.profile.camera_id
         )
 
     def _by_distance(self, runs: bool) -> bytes:

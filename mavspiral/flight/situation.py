@@ -37,6 +37,7 @@ class Situation:
         now_us: the clock that drives us.
         entered_us: when the present state began.
         local_us: when the vehicle last told its position.
+        awaited: the autopilots that it may be, in words.
         origin: the origin that `to_vehicle` was made from.
         follower: what is being flown, from pre-stream on.
         failsafes_wanted: the parameters that are set for this flight, and `failsafes_before` what they were.
@@ -59,6 +60,7 @@ class Situation:
     to_vehicle: RigidMap | None = None
     trajectory: Trajectory | None = None
     leg_begins_s: tuple[float, ...] = ()
+    awaited: str = ""
     reference: Reference | None = None
     follower: Follower | None = None
     failsafes_wanted: dict[str, float] = field(default_factory=dict)

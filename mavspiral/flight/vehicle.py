@@ -12,6 +12,7 @@ from mavspiral.flight.messages import (
     ExtendedSysState,
     GlobalPosition,
     Heartbeat,
+    Home,
     LandedState,
     LocalPosition,
     Message,
@@ -28,6 +29,7 @@ _SLOTS: dict[type, str] = {
     Attitude: "attitude",
     Heartbeat: "heartbeat",
     Origin: "origin",
+    Home: "home",
     GlobalPosition: "place",
     AutopilotVersion: "version",
     SysStatus: "status",
@@ -43,6 +45,7 @@ class Vehicle:
     local: LocalPosition | None = None
     attitude: Attitude | None = None
     origin: Origin | None = None
+    home: Home | None = None
     place: GlobalPosition | None = None
     version: AutopilotVersion | None = None
     status: SysStatus | None = None

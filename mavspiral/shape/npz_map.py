@@ -26,6 +26,8 @@ __all__ = ["site_from_npz"]
 CELL_MIN_M, CELL_MAX_M = 0.01, 100.0
 HEADER_BYTES_MAX = 20_000
 KEYS = ("height_agl_m", "cell_m", "origin")
+NOTE = "note"
+"""Words about the map, for people."""
 
 
 def site_from_npz(request: MapRequest) -> SiteMap:
@@ -44,7 +46,7 @@ def site_from_npz(request: MapRequest) -> SiteMap:
                     "Fix: a height map holds height_agl_m (rows, cols), cell_m and origin = [lat, lon]"
                 )
             others = sorted(name.removesuffix(".npy") for name in archive.namelist())
-            others = [name for name in others if name not in KEYS]
+            others = [name for name in others if name not in (*KEYS, NOTE)]
             origin, cell = (_array(request, archive, key) for key in ("origin", "cell_m"))
             if cell.size == 1 and CELL_MIN_M <= float(cell.flat[0]) <= CELL_MAX_M:
                 cell_m = float(cell.flat[0])

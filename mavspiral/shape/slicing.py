@@ -27,7 +27,7 @@ from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.shape.heightmap import Site
 
-__all__ = ["Slice", "SolidDistance", "solid_distance"]
+__all__ = ["Slice", "SolidDistance", "obstacle_distance", "solid_distance"]
 
 MAX_LEVELS = 48
 """Roofs with more levels than this are rounded up, to the safe side, by 1/48 of their range at the most."""
@@ -107,6 +107,24 @@ def solid_distance(site: Site, *, reach_m: float) -> SolidDistance:
     cell_m = site.heights.cell_m
     pad = int(np.ceil(reach_m / cell_m)) + 2
     block = np.pad(heights[rows.min() : rows.max() + 1, cols.min() : cols.max() + 1], pad + 1)
+    first = np.array([cols.min() - pad, rows.min() - pad])
+    return _of_block(block, cell_m, site.heights.origin_enu_m + first * cell_m)
+
+
+def obstacle_distance(site: Site, solid: SolidDistance) -> SolidDistance | None:
+    """The distance to all that is not the building, on the grid of `solid`; None where nothing stands there."""
+    rows, cols = (side + 1 for side in solid.plan_m.shape[1:])
+    heights, cell_m = site.obstacle_height_m, solid.cell_m
+    col, row = np.rint((solid.origin_enu_m - site.heights.origin_enu_m) / cell_m).astype(int) - 1
+    block = np.zeros((rows, cols))
+    there = heights[max(0, row) : max(0, row + rows), max(0, col) : max(0, col + cols)]
+    south, west = max(0, -row), max(0, -col)
+    block[south : south + there.shape[0], west : west + there.shape[1]] = there
+    return _of_block(block, cell_m, solid.origin_enu_m) if block.any() else None
+
+
+def _of_block(block: FloatArray, cell_m: float, origin_enu_m: FloatArray) -> SolidDistance:
+    """The distance at the inner corners of the cells of `block`, the first of which lies at the origin."""
     levels = np.unique(block[block > 0.0])
     if levels.size > MAX_LEVELS:
         grid = np.linspace(0.0, levels[-1], MAX_LEVELS + 1)[1:]
@@ -118,8 +136,7 @@ def solid_distance(site: Site, *, reach_m: float) -> SolidDistance:
         below = (corners < level).astype(np.uint8)
         plan[j] = cv2.distanceTransform(below, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     plan *= np.float32(cell_m)
-    first = np.array([cols.min() - pad, rows.min() - pad])
-    origin = site.heights.origin_enu_m + first * cell_m
+    origin = np.array(origin_enu_m)
     for array in (levels, plan, origin):
         array.setflags(write=False)
     return SolidDistance(levels, plan, cell_m, origin)

@@ -57,7 +57,10 @@ def flight_rows(s: dict[str, Any], mission: Mission) -> list[tuple[str, str, str
             _share(s["coverage"]["walls"]),
             "" if accept.coverage is None else f"≥ {_share(accept.coverage)}",
         ),
-        *_roof(s),
+        *_roof(
+            s,
+            "" if accept.coverage is None or not mission.inspection.roof else f"≥ {_share(accept.coverage)}",
+        ),
         ("battery used", f"{s['battery_used_pct']:.0f} %", ""),
         *_setpoints(s),
     ]
@@ -96,10 +99,10 @@ def _setpoints(s: dict[str, Any]) -> list[tuple[str, str, str]]:
     return [("setpoints", f"{s['setpoints']['sent']} at {s['setpoints']['rate_hz']:.1f} Hz", "")]
 
 
-def _roof(s: dict[str, Any]) -> list[tuple[str, str, str]]:
+def _roof(s: dict[str, Any], asked: str = "") -> list[tuple[str, str, str]]:
     """The roofs' row, unless none of them is seen."""
     seen = s["coverage"]["roof"]
-    return [("roofs seen", _share(seen), "")] if seen else []
+    return [("roofs seen", _share(seen), asked)] if seen else []
 
 
 def _share(value: float | None) -> str:

@@ -70,6 +70,11 @@ class Skin:
         rgb = np.where(own[:, None], BUILDING_RGB, OBSTACLE_RGB)
         normal = SIDES_ENU[side].copy()
         index = _patch_at(patches, self.site, cell, side, place_enu_m[:, 2])
+        # A step too low for a wall, such as those of a gable's cells, is a piece of its roof.
+        low = np.flatnonzero(own & (index < 0) & (side < 4))
+        side[low] = 4
+        roof_m = self.site.heights.height_agl_m[cell[low, 0], cell[low, 1]]
+        index[low] = _patch_at(patches, self.site, cell[low], side[low], roof_m)
         known = index >= 0
         normal[known] = patches.normal_enu[index[known]]
         if not self.roofs:

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.motion.trajectory import TrajectoryState
@@ -89,9 +88,8 @@ def measure_clearance(
 
     Each distance is that of the whole straight way to the next sample, so nothing slips between two.
     """
-    building = _solids(site, site.building)
-    obstacles = _solids(site, ~site.building)
-    everything = _solids(site, np.ones_like(site.building))
+    everything = Solids.of_map(site.heights)
+    building, obstacles = (_part(everything, site, building=wanted) for wanted in (True, False))
     run_on_enu_m = run_on_m(state.velocity_enu_mps, reaction_s, braking_mps2)
     place_enu_m = state.position_enu_m
     onward_enu_m = np.diff(place_enu_m, axis=0, append=place_enu_m[-1:])
@@ -110,6 +108,10 @@ def run_on_m(velocity_enu_mps: FloatArray, reaction_s: float, braking_mps2: floa
     return np.asarray(velocity_enu_mps * (reaction_s + speed_mps / (2 * braking_mps2)))
 
 
-def _solids(site: Site, mask: NDArray[np.bool_]) -> Solids:
-    heights = site.heights
-    return Solids.of(np.where(mask, heights.height_agl_m, 0.0), heights.cell_m, heights.origin_enu_m)
+def _part(everything: Solids, site: Site, *, building: bool) -> Solids:
+    """The solids of the building, or all others."""
+    col, row = np.rint((everything.origin_enu_m - site.heights.origin_enu_m) / everything.cell_m).astype(int)
+    rows, cols = everything.height_agl_m.shape
+    mask = site.building[row : row + rows, col : col + cols] == building
+    heights_m = np.where(mask, everything.height_agl_m, 0.0)
+    return Solids.of(heights_m, everything.cell_m, everything.origin_enu_m)

@@ -3,7 +3,8 @@
 The cells of a wall that does not run along the grid are a staircase. Its treads and risers are not the wall: a
 camera square to a wall at 45° would see both at 45°, and their areas add up to √2 of the wall's. So the normal of a
 face is that of the faces around it, and its area is what it covers of a wall with that normal; straight runs
-along the grid keep the grid's own normal, so that their corners stay sharp.
+along the grid keep the grid's own normal, so that their corners stay sharp. A gable's cells are a staircase, too: the
+normal of a roof cell is that of the slope around it, and its area what it covers of that slope.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ WALL_MIN_M = 0.5
 
 RUN_CELLS = 7
 """A straight run of at least so many cells lies along the grid; a wall that slants may then be 8° off. Odd, for the opening."""
+
+SLOPE_CELLS = 5
+"""The slope of a roof cell is that of a window of so many cells: the treads of a staircase of cells are no roof."""
 
 SIDES_ENU = np.array([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]])
 """East, north, west, south and up: what `Patches.side` counts."""
@@ -76,7 +80,7 @@ def patches_of(site: Site, patch_m: float = PATCH_M) -> Patches:
     exposed = [site.building & (own_m - next_m >= WALL_MIN_M) for next_m in beside_m]
     normals = _wall_normals(exposed)
     columns = [_faces(site, side, exposed[side], beside_m[side], normals[side], patch_m) for side in range(4)]
-    columns.append(_roof(site))
+    columns.append(_roof(site, heights))
     centre, normal, area, height, side = (np.concatenate(column) for column in zip(*columns, strict=True))
     order = np.argsort(centre[:, 2], kind="stable")
     centre, normal, side = centre[order], normal[order], side[order]
@@ -148,14 +152,34 @@ def _faces(
     return centre, normal, area_m2, height_m, np.full(len(face), side)
 
 
-def _roof(site: Site) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, NDArray[np.int64]]:
+def _roof(
+    site: Site, padded_m: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, NDArray[np.int64]]:
+    """Centre, normal, area, height and side of every roof cell; `padded_m` are the heights with a cell more all around."""
     heights = site.heights
     east_m, north_m = heights.centres_enu_m()
     row, col = np.nonzero(site.building & (heights.height_agl_m > 0.0))
     centre = np.stack([east_m[col], north_m[row], heights.height_agl_m[row, col]], axis=1)
+    slope = np.stack([_slope(padded_m, axis)[row, col] for axis in (1, 0)], axis=1) / heights.cell_m
+    normal = np.column_stack([-slope, np.ones(len(row))])
+    normal /= np.sqrt((normal**2).sum(axis=1, keepdims=True))
     n = len(row)
-    normal = np.tile(SIDES_ENU[4], (n, 1))
-    return centre, normal, np.full(n, heights.cell_m**2), np.zeros(n), np.full(n, 4)
+    return centre, normal, heights.cell_m**2 / normal[:, 2], np.zeros(n), np.full(n, 4)
+
+
+def _slope(padded_m: FloatArray, axis: int) -> FloatArray:
+    """The rise from cell to cell along an axis, the mean of the steps around that are lower than a wall."""
+    across_m = padded_m[1:-1] if axis == 1 else padded_m[:, 1:-1].T
+    step_m = np.diff(across_m, axis=1)
+    roof = (np.abs(step_m) < WALL_MIN_M) & (np.minimum(across_m[:, 1:], across_m[:, :-1]) > 0.0)
+    sums = [
+        cv2.boxFilter(values, cv2.CV_32F, (SLOPE_CELLS,) * 2, normalize=False, borderType=cv2.BORDER_CONSTANT)
+        for values in ((step_m * roof).astype(np.float32), roof.astype(np.float32))
+    ]
+    # The window about a cell: of the steps to it and from it.
+    rise, count = (values[:, :-1] + values[:, 1:] for values in sums)
+    slope = np.asarray(rise / np.maximum(count, 1.0), dtype=np.float64)
+    return slope if axis == 1 else slope.T
 
 
 def _before(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,19 +44,25 @@ def shots_of(
     trajectory: Trajectory,
     camera: Camera,
     *,
-    standoff_m: float,
+    standoffs_m: Sequence[float],
     side_overlap: float,
 ) -> Shots:
     """The shots along the legs of the inspection, the first and the last moment of each among them.
 
-    From shot to shot neither the camera nor the place it looks at, `standoff_m` ahead, moves on by more than
+    Each leg has its own stand-off.
+    From shot to shot neither the camera nor the place it looks at, its stand-off ahead, moves on by more than
     leaves `side_overlap` of the picture: round an inner corner the camera hardly moves, but its picture does.
     Only where the shutter needs longer, `camera.min_interval_s`, are they farther apart.
     """
-    spacing_m = camera.shot_spacing_m(standoff_m, side_overlap)
     taken_s = [
-        _along(trajectory, span_s, spacing_m, standoff_m, camera.min_interval_s)
-        for span_s in trajectory.spans_s("inspection")
+        _along(
+            trajectory,
+            span_s,
+            camera.shot_spacing_m(standoff_m, side_overlap),
+            standoff_m,
+            camera.min_interval_s,
+        )
+        for span_s, standoff_m in zip(trajectory.spans_s("inspection"), standoffs_m, strict=True)
     ]
     return _posed(trajectory, np.concatenate(taken_s))
 
@@ -73,6 +80,7 @@ def _along(
     states = trajectory(t_s)
     camera_enu_m = states.position_enu_m[:, :2]
     ahead = np.stack([np.cos(states.yaw_enu_rad), np.sin(states.yaw_enu_rad)], axis=1)
+    ahead *= np.cos(states.gimbal_pitch_rad)[:, None]
     ways_m = [_steps_m(camera_enu_m), _steps_m(camera_enu_m + standoff_m * ahead)]
     progress_m = np.concatenate([[0.0], np.cumsum(np.maximum(*ways_m))])
 

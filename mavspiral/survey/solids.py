@@ -32,7 +32,8 @@ class Solids:
     @classmethod
     def of(cls, height_agl_m: ArrayLike, cell_m: float, origin_enu_m: ArrayLike) -> Solids:
         """The boxes of `height_agl_m (rows, cols)`; `origin_enu_m` is the outer south-west corner."""
-        heights = locked(height_agl_m, shape=(None, None), name="height_agl_m")
+        heights, origin = _cropped(np.asarray(height_agl_m, dtype=np.float64), cell_m, origin_enu_m)
+        heights = locked(heights, shape=(None, None), name="height_agl_m")
         side = 1 << max(heights.shape[0] - 1, heights.shape[1] - 1, 0).bit_length()
         level = np.zeros((side, side))
         level[: heights.shape[0], : heights.shape[1]] = heights
@@ -42,7 +43,7 @@ class Solids:
             level = level.reshape(side, 2, side, 2).max(axis=(1, 3))
             levels.append(level.ravel())
         pyramid = locked(np.concatenate(levels[::-1]), shape=(None,), name="pyramid")
-        return cls(heights, float(cell_m), locked(origin_enu_m, shape=(2,), name="origin_enu_m"), pyramid)
+        return cls(heights, float(cell_m), locked(origin, shape=(2,), name="origin_enu_m"), pyramid)
 
     @classmethod
     def of_map(cls, heights: HeightMap) -> Solids:
@@ -59,6 +60,16 @@ class Solids:
         sweeps[...] = sweep_enu_m
         distances: FloatArray = _distances(self._pyramid_m, self.cell_m, self.origin_enu_m, positions, sweeps)
         return distances
+
+
+def _cropped(heights_m: FloatArray, cell_m: float, origin_enu_m: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """The grid without the empty rows and columns round it, and its new origin: a wide map costs no more."""
+    origin = np.asarray(origin_enu_m, dtype=np.float64)
+    if heights_m.ndim != 2 or not (filled := heights_m > 0.0).any():
+        return heights_m, origin
+    rows, cols = np.flatnonzero(filled.any(axis=1)), np.flatnonzero(filled.any(axis=0))
+    cropped = heights_m[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
+    return cropped, origin + np.array([cols[0], rows[0]]) * cell_m
 
 
 @njit(cache=True)
@@ -106,6 +117,8 @@ def _way_distance2(p: FloatArray, w: FloatArray, box: FloatArray) -> float:
         s = high
     while slope_low < -flat and slope_high > flat:
         s = (low * slope_high - high * slope_low) / (slope_high - slope_low)
+        if not low < s < high:  # a way so short that rounding keeps every slope from being flat
+            break
         slope = _slope(p, w, s, box)
         if abs(slope) <= flat:
             break

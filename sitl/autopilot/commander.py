@@ -32,12 +32,14 @@ from sitl.orders import (
     Orbit,
     Order,
     Reposition,
+    SetHome,
     Severity,
     Shot,
     StartMission,
     SwitchMode,
     TakeOff,
     TakePlan,
+    TurnTo,
     UsePayload,
     Verdict,
 )
@@ -122,6 +124,8 @@ class Commander:
                 told = self._state.payload.told(item, self._state.home)
                 self._state.payload = replace(told, paused=False)
                 return Verdict.ACCEPTED
+            case SetHome() | TurnTo():
+                return Verdict.DENIED
 
     def steer(self, setpoint: Setpoint, condition: Condition) -> None:
         """Take an OFFBOARD setpoint: a proof of life in any mode, obeyed in OFFBOARD only.

@@ -1,27 +1,37 @@
-"""UDP and real time: the only place in `sitl` with sockets and a wall clock."""
+"""UDP, TCP and real time: the only place in `sitl` with sockets and a wall clock."""
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
+from typing import Protocol
 
 __all__ = [
+    "ARDUPILOT_TCP_PORTS",
     "GCS_PORTS",
     "OFFBOARD_PORTS",
+    "Endpoint",
     "PortTakenError",
+    "TcpLink",
     "UdpLink",
+    "ardupilot_links",
     "datagrams",
     "is_free",
     "px4_links",
     "run",
     "signing_timestamp",
+    "wait_for_client",
 ]
 
 OFFBOARD_PORTS = (14580, 14540)
 """Where PX4 SITL listens and where it sends, each plus the instance."""
 GCS_PORTS = (18570, 14550)
+ARDUPILOT_TCP_PORTS = (5760, 5762, 5763)
+"""Where ArduPilot SITL listens, each plus ten times the instance."""
+_INSTANCE_STEP = 10
 
 _DATAGRAM_LIMIT = 1280
 _RECEIVE_SIZE = 65535
@@ -29,6 +39,8 @@ _DATAGRAMS_PER_FRAME = 256
 _OVERHEAD, _SIGNATURE, _SIGNED = 12, 13, 1
 _SIGNING_EPOCH_S = 1_420_070_400  # 2015-01-01 UTC
 _FRAME_US = 10_000
+_UNSENT_LIMIT = 1 << 20
+_PROBE_S = 0.05
 _GIVE_UP_S = 0.5
 """So late, the clock is set anew rather than caught up with."""
 
@@ -36,8 +48,21 @@ _GIVE_UP_S = 0.5
 class PortTakenError(OSError):
     """Somebody else has the port."""
 
-    def __init__(self, address: str, port: int) -> None:
-        super().__init__(f"UDP port {port} on {address} is taken; another vehicle? Try --instance N.")
+    def __init__(self, address: str, port: int, kind: str = "UDP") -> None:
+        super().__init__(f"{kind} port {port} on {address} is taken; another vehicle? Try --instance N.")
+
+
+class Endpoint(Protocol):
+    """One link's way into the world."""
+
+    def receive(self) -> bytes:
+        """What has come in."""
+
+    def send(self, data: bytes) -> None:
+        """Send what a link says."""
+
+    def close(self) -> None:
+        """Free the port."""
 
 
 class UdpLink:
@@ -109,6 +134,82 @@ def signing_timestamp() -> int:
     return int((time.time() - _SIGNING_EPOCH_S) * 1e5)
 
 
+class TcpLink:
+    """One TCP port: it serves one client at a time, and takes the next one when that has gone.
+
+    Raises:
+        PortTakenError: the port is in use.
+    """
+
+    def __init__(self, bind_address: str, port: int) -> None:
+        self._server = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self._server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            self._server.bind((bind_address, port))
+            self._server.listen(1)
+        except OSError as error:
+            self._server.close()
+            if error.errno == errno.EADDRINUSE:
+                raise PortTakenError(bind_address, port, "TCP") from None
+            raise
+        self._server.setblocking(False)
+        self._client: socket.socket | None = None
+        self._unsent = b""
+
+    @property
+    def local_port(self) -> int:
+        """The port that it listens on."""
+        port: int = self._server.getsockname()[1]
+        return port
+
+    def has_client(self) -> bool:
+        """Whether somebody is connected."""
+        if self._client is None:
+            with contextlib.suppress(OSError):  # nobody yet, or gone again
+                self._client, _ = self._server.accept()
+                self._client.setblocking(False)
+                self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return self._client is not None
+
+    def receive(self) -> bytes:
+        """What has come in."""
+        if not self.has_client() or self._client is None:
+            return b""
+        try:
+            data = self._client.recv(_RECEIVE_SIZE)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            data = b""
+        if not data:
+            self._hang_up()
+        return data
+
+    def send(self, data: bytes) -> None:
+        """Send the bytes as they are. Nobody there: they are lost. Who does not read is hung up on."""
+        if self._client is None:
+            return
+        self._unsent += data
+        try:
+            self._unsent = self._unsent[self._client.send(self._unsent) :]
+        except BlockingIOError:
+            pass
+        except OSError:
+            self._hang_up()
+        if len(self._unsent) > _UNSENT_LIMIT:
+            self._hang_up()
+
+    def close(self) -> None:
+        """Free the port."""
+        self._hang_up()
+        self._server.close()
+
+    def _hang_up(self) -> None:
+        if self._client is not None:
+            self._client.close()
+        self._client, self._unsent = None, b""
+
+
 def datagrams(frames: bytes, limit: int = _DATAGRAM_LIMIT) -> Iterator[bytes]:
     """MAVLink 2 frames in datagrams of at most `limit` bytes, none of them cut."""
     begin = end = 0
@@ -139,9 +240,50 @@ def px4_links(bind_address: str, instance: int) -> tuple[UdpLink, ...]:
     return tuple(links)
 
 
+def ardupilot_links(bind_address: str, instance: int) -> tuple[Endpoint, ...]:
+    """ArduPilot SITL's three TCP ports, and UDP out to the ground station's, as sim_vehicle.py adds it.
+
+    Raises:
+        PortTakenError: one of the ports is in use; none is held then.
+    """
+    links: list[Endpoint] = []
+    offset = _INSTANCE_STEP * instance
+    try:
+        links += [TcpLink(bind_address, port + offset) for port in ARDUPILOT_TCP_PORTS]
+        links.append(UdpLink(bind_address, 0, GCS_PORTS[1] + offset))
+    except OSError:
+        for link in links:
+            link.close()
+        raise
+    return tuple(links)
+
+
+def wait_for_client(links: Sequence[Endpoint], instance: int) -> None:
+    """Come back when somebody has connected to the first TCP port, or listens on the ground station's UDP port."""
+    console = links[0]
+    assert isinstance(console, TcpLink)
+    while not (console.has_client() or _listens(GCS_PORTS[1] + _INSTANCE_STEP * instance)):
+        time.sleep(_PROBE_S)
+
+
+def _listens(port: int) -> bool:
+    """Whether anybody on this machine has that UDP port: else an empty datagram is refused."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect(("127.0.0.1", port))
+        probe.settimeout(_PROBE_S)
+        try:
+            probe.send(b"")
+            probe.recv(1)
+        except TimeoutError:
+            return True
+        except OSError:
+            return False
+    return True
+
+
 def run(
     exchange: Callable[[int, tuple[bytes, ...]], tuple[bytes, ...]],
-    links: Sequence[UdpLink],
+    links: Sequence[Endpoint],
     *,
     speedup: float = 1.0,
     after_frame: Callable[[], bool] = lambda: True,

@@ -43,6 +43,9 @@ class Helm(Protocol):
     def heal(self, kind: type[Fault]) -> None:
         """End all faults of that kind."""
 
+    def hear_ground_station(self) -> None:
+        """The ground station that the vehicle listens for is there."""
+
     def attitude(self) -> FloatArray:
         """The attitude `q_ned_frd`, as estimated."""
 

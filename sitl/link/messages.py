@@ -15,7 +15,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common
 
-__all__ = ["Layout", "Message", "MessageType", "layout", "message_type"]
+__all__ = ["Layout", "Message", "MessageType", "layout", "layout_of", "message_type"]
 
 Message = Any
 """A named tuple made by `message_type`: its fields come from the dialect's table, at run time."""
@@ -85,8 +85,11 @@ _BEYOND_COMMON = {
 def layout(message_id: int) -> Layout | None:
     """The layout of that message, or None when the dialect does not know it."""
     entry = common.mavlink_map.get(message_id)
-    if entry is None:
-        return _BEYOND_COMMON.get(message_id)
+    return _BEYOND_COMMON.get(message_id) if entry is None else layout_of(message_id, entry)
+
+
+def layout_of(message_id: int, entry: Any) -> Layout:
+    """The layout of the message of which pymavlink says `entry`."""
     kind = _tuple_type(entry.msgname, entry.ordered_fieldnames)
     ends = list(accumulate(entry.lengths))  # in wire order; text counts as one, as it does to `struct`
     spans = tuple((end - length, end) for end, length in zip(ends, entry.lengths, strict=True))

@@ -72,10 +72,13 @@ class TableState:
 
 
 class ParameterTable(Mapping[str, float]):
-    """All parameters of one vehicle, in PX4's order. Whoever holds it sees every change."""
+    """All parameters of one vehicle, in the autopilot's order. Whoever holds it sees every change."""
 
     def __init__(self, params: Params) -> None:
-        self._values: dict[str, float | int] = dict(sorted({**_OTHERS, **params}.items()))
+        self._hold(dict(sorted({**_OTHERS, **params}.items())))
+
+    def _hold(self, values: dict[str, float | int]) -> None:
+        self._values = values
         self._changed_in: dict[str, int] = {}
         self.revision = 0
         self.names = tuple(self._values)
@@ -86,7 +89,7 @@ class ParameterTable(Mapping[str, float]):
         return self._values[name]
 
     def __iter__(self) -> Iterator[str]:
-        """The names, in PX4's order."""
+        """The names, in their order."""
         return iter(self.names)
 
     def __len__(self) -> int:

@@ -179,7 +179,12 @@ def main() -> None:
         spacing_m = camera.shot_spacing_m(asked.standoff_m, asked.side_overlap)
 
         def shots(trajectory: Trajectory, camera=camera, asked=asked) -> Shots:
-            return shots_of(trajectory, camera, standoff_m=asked.standoff_m, side_overlap=asked.side_overlap)
+            return shots_of(
+                trajectory,
+                camera,
+                standoffs_m=[asked.standoff_m] * len(trajectory.spans_s("inspection")),
+                side_overlap=asked.side_overlap,
+            )
 
         spiral = Trajectory(tuple(part.leg for part in inspection.passes))
         stopping = scan(inspection, pace, spacing_m)

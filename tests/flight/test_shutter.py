@@ -8,7 +8,8 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from mavspiral.flight.messages import Command
 from mavspiral.flight.outcome import State
-from mavspiral.flight.shutter import CAMERA_ID, ShotOrders
+from mavspiral.flight.px4 import PX4
+from mavspiral.flight.shutter import ShotOrders
 
 DUE_S = np.array([6.0, 8.0, 11.0, 20.0, 26.0])
 
@@ -21,7 +22,7 @@ class WithCamera(FakePx4):
         self.shots, self.triggers, self.tilts, self.deaf_n = [], [], [], deaf_n
 
     def _on_command_long(self, m):
-        if m.target_component == CAMERA_ID:
+        if m.target_component == PX4.camera_id:
             if self.deaf_n:
                 self.deaf_n -= 1
                 return
@@ -29,7 +30,7 @@ class WithCamera(FakePx4):
                 self.shots.append((m.param4, self._boot_us * 1e-6))
                 self._image()
             ack = mavlink.MAVLink_command_ack_message(m.command, 0)
-            frame = ack.pack(mavlink.MAVLink(None, 1, CAMERA_ID))
+            frame = ack.pack(mavlink.MAVLink(None, 1, PX4.camera_id))
             self._out.append(frame)
             return
         super()._on_command_long(m)

@@ -1,10 +1,13 @@
 """Whole buildings at random: every part is flown, and the slow truth about distances agrees."""
 
+import json
+
 import numpy as np
 import pytest
 from numba import njit
 
 from mavspiral import load_mission, plan
+from mavspiral.errors import LimitError
 
 MISSION = """
 schema = 1
@@ -113,3 +116,136 @@ def test_every_part_is_flown_and_nothing_comes_closer_than_it_may(seed, planned_
     assert trajectory.on("inspection", inspection.shots.t_s).all()
     assert inspection.coverage.walls > 0.88
     assert all(figure.ok for figure in inspection.certificate.figures)
+
+
+def block_with_court(tmp_path, width_m, inspection="courtyards = true"):
+    heights = np.zeros((120, 120))
+    heights[10:110, 10:110] = 11.0
+    half = int(width_m)
+    heights[60 - half : 60 + half, 60 - half : 60 + half] = 0.0
+    np.savez(tmp_path / "random.npz", height_agl_m=heights, cell_m=0.5, origin=[40.05, -1.93])
+    text = MISSION.format(cell_m=0.5, standoff_m=7.0, clearance_m=3.0, speed_mps=4.0, inspection=inspection)
+    (tmp_path / "random.toml").write_text(text)
+    return plan(load_mission(tmp_path / "random.toml"))
+
+
+@pytest.mark.parametrize("width_m", [11.0, 20.0, 32.0])
+def test_a_court_that_is_wide_enough_is_flown_inside_and_its_walls_are_seen(width_m, tmp_path):
+    inspection = block_with_court(tmp_path, width_m)
+    assert sorted(part.kind for part in inspection.passes) == ["courtyard", "spiral"]
+    assert inspection.coverage.walls > 0.985
+    required_m = inspection.clearance_required_m
+    place = inspection.trajectory.sampled(0.1).position_enu_m
+    assert nearest_m(inspection.site, place, 1.5 * required_m).min() >= required_m - 1e-6
+
+
+def test_a_court_that_is_too_narrow_is_told_of_with_its_place_and_both_widths(tmp_path):
+    inspection = block_with_court(tmp_path, 9.0)
+    assert [part.kind for part in inspection.passes] == ["spiral"]
+    (line,) = [line for line in inspection.warnings if line.startswith("courtyard")]
+    assert "lat 40.05" in line and "lon -1.92" in line
+    assert "is 9.0 m wide, 10.8 m are needed" in line
+
+
+def test_nobody_flies_into_a_court_unasked(tmp_path):
+    inspection = block_with_court(tmp_path, 20.0, inspection="courtyards = false")
+    assert [part.name for part in inspection.passes] == ["building"]
+    assert not any(line.startswith("courtyard") for line in inspection.warnings)
+
+
+def between_neighbours(tmp_path, west_m, east_m, north_m=None, *, tall_m=15.0, inspection=""):
+    """A house of 20 × 12 × 15 m with blocks of `tall_m` so far off its sides; 0 is a party wall, None is nothing."""
+    origin = (40.05, -1.93)
+    corners = {"house": (0, 0, 20, 12, 15.0)}
+    if west_m is not None:
+        corners["west"] = (-25, -2, -west_m, 14, tall_m)
+    if east_m is not None:
+        corners["east"] = (20 + east_m, -2, 45, 14, tall_m)
+    if north_m is not None:
+        corners["north"] = (-25, 12 + north_m, 45, 30 + north_m, tall_m)
+        corners["south"] = (-25, -20 - north_m, 45, -north_m, tall_m)
+    features = []
+    for name, (west, south, east, north, height) in corners.items():
+        ring = [(west, south), (east, south), (east, north), (west, north), (west, south)]
+        ring = [[origin[1] + x / 85_386.0, origin[0] + y / 111_035.0] for x, y in ring]
+        features.append(
+            {
+                "type": "Feature",
+                "id": name,
+                "properties": {"building": "yes", "height": str(height)},
+                "geometry": {"type": "Polygon", "coordinates": [ring]},
+            }
+        )
+    (tmp_path / "street.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    text = MISSION.format(cell_m=0.5, standoff_m=7.0, clearance_m=3.0, speed_mps=3.0, inspection=inspection)
+    text = text.replace('map = "random.npz"', 'map = "street.geojson"\nid = "house"')
+    (tmp_path / "street.toml").write_text(text)
+    return plan(load_mission(tmp_path / "street.toml"))
+
+
+@pytest.mark.parametrize(
+    ("gaps_m", "kinds"),
+    [
+        ((0.0, 0.0), ["facade", "facade"]),  # between party walls: front and back
+        ((0.0, None), ["facade"]),  # the end of a terrace: one arc round three sides
+        ((4.0, 9.0), ["facade"]),  # too narrow on one side, just wide enough on the other
+        ((9.0, 9.0), ["facade"]),  # nearer than the stand-off on both, but all round
+        ((16.0, 16.0), ["spiral"]),  # far enough
+    ],
+)
+def test_walls_next_to_neighbours_are_flown_where_that_is_safe(gaps_m, kinds, tmp_path):
+    inspection = between_neighbours(tmp_path, *gaps_m)
+    assert [part.kind for part in inspection.passes] == kinds
+    required_m = inspection.clearance_required_m
+    place = inspection.trajectory.sampled(0.1).position_enu_m
+    assert nearest_m(inspection.site, place, 1.5 * required_m).min() >= required_m - 1e-6
+    told = [line for line in inspection.warnings if line.startswith("no drone can pass")]
+    blocked = [gap for gap in gaps_m if gap is not None and gap < 7.2]
+    assert all(gap == 0.0 for gap in blocked) or len(told) >= len(blocked)
+    if not blocked:
+        assert told == [] and inspection.coverage.walls > 0.97
+    else:
+        assert all("side for" in line and "lat 40.05" in line and "m up" in line for line in told)
+
+
+def test_above_lower_neighbours_the_full_turn_goes_on(tmp_path):
+    inspection = between_neighbours(tmp_path, 3.0, 3.0, tall_m=5.0)
+    kinds = [part.kind for part in inspection.passes]
+    assert kinds.count("spiral") == 1 and kinds.count("facade") == 2
+    assert inspection.coverage.walls > 0.85
+
+
+def test_a_house_that_nobody_can_fly_along_is_refused_with_the_place_and_what_would_fit(tmp_path):
+    with pytest.raises(LimitError, match=r"most room is 2\..* lat 40\.05.*3\.6 m are needed.*would fit"):
+        between_neighbours(tmp_path, 4.0, 4.0, 4.0, inspection="top_m = 6")
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_between_neighbours_at_random_nothing_comes_too_near(seed, tmp_path):
+    rng = np.random.default_rng(seed)
+    gaps_m = [float(rng.choice([0.0, rng.uniform(1.0, 14.0)])) for _ in range(2)]
+    north_m = None if rng.uniform() < 0.5 else float(rng.uniform(8.0, 14.0))
+    inspection = between_neighbours(tmp_path, *gaps_m, north_m, tall_m=float(rng.uniform(4.0, 20.0)))
+    required_m = inspection.clearance_required_m
+    place = inspection.trajectory.sampled(0.1).position_enu_m
+    assert nearest_m(inspection.site, place, 1.5 * required_m).min() >= required_m - 1e-6
+    assert all(figure.ok for figure in inspection.certificate.figures)
+
+
+@pytest.mark.parametrize("seed", [2, 54])
+def test_every_pass_keeps_to_the_band_that_is_asked_for(seed, planned_at_random):
+    inspection = planned_at_random(seed, inspection="bottom_m = 6\ntop_m = 19")
+    assert len(inspection.passes) > 2
+    for part in inspection.passes:
+        height_m = part.path(np.linspace(0.0, part.path.u_end_rad, 500))[:, 2]
+        assert height_m.min() >= 6.0 - 1e-9 and height_m.max() <= 19.0 + 1e-9
+
+
+def test_a_court_and_a_facade_keep_to_the_band_too(tmp_path):
+    for inspection in (
+        block_with_court(tmp_path, 20.0, inspection="courtyards = true\nbottom_m = 5\ntop_m = 7"),
+        between_neighbours(tmp_path, 0.0, 4.0, inspection="bottom_m = 5\ntop_m = 7"),
+    ):
+        for part in inspection.passes:
+            height_m = part.path(np.linspace(0.0, part.path.u_end_rad, 500))[:, 2]
+            assert height_m.min() >= 5.0 - 1e-3 and height_m.max() <= 7.0 + 1e-3

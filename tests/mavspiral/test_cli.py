@@ -81,19 +81,23 @@ def test_a_plan_that_fails_its_limits_exits_1_and_writes_nothing(tmp_path):
 
 CRANE = """[[keepout]]
 circle = [%s, 2.0]
-height_m = [0, 20]
+height_m = [0, %d]
 name = "crane"
 [accept]"""
 
 
 @pytest.mark.parametrize(
-    ("place", "words"),
-    [("23.96058, 32.8675", "clearance FAILS"), ("23.9605, 32.86765", "no way between home")],
+    ("place", "height_m", "mode", "words"),
+    [
+        ("23.96058, 32.8675", 20, "paper", "clearance FAILS"),  # the paper's recipe looks at no obstacle
+        ("23.960342, 32.8675", 200, "spiral", "no way between home"),
+    ],
 )
 def test_with_json_a_plan_that_fails_is_one_object_that_names_the_obstacle_and_exits_1(
-    tmp_path, place, words
+    tmp_path, place, height_m, mode, words
 ):
-    path = changed(tmp_path, "[accept]", CRANE % place)
+    path = changed(tmp_path, "[accept]", CRANE % (place, height_m))
+    path.write_text(path.read_text().replace("[inspection]", f'[inspection]\nmode = "{mode}"'))
     answer = run("plan", path, "--out", tmp_path / "out", "--json")
     assert answer.returncode == 1
     summary = json.loads(answer.stdout)
@@ -102,7 +106,7 @@ def test_with_json_a_plan_that_fails_is_one_object_that_names_the_obstacle_and_e
     assert words in failure
     assert 'keepout "crane" at lat 23.960' in failure
     assert "lon 32.867" in failure
-    assert "20.0 m high" in failure
+    assert f"{height_m}.0 m high" in failure
     assert not (tmp_path / "out").exists()
 
 
@@ -130,7 +134,6 @@ def test_with_json_a_plan_that_fails_is_one_object_that_names_the_obstacle_and_e
         ("home_height_m = -1.5", "home_height_m = 8.0\nradius_m = 0.4", "level at its home"),
         ("speed_mps = 5.0", "speed_mps = 0.001", "at least 0.1"),
         ('gps = "rtk"', 'airframe = "zeppelin"', "zeppelin"),
-        ('gps = "rtk"', 'autopilot = "ardupilot"', "ardupilot"),
     ],
 )
 def test_bad_input_exits_2_with_one_line(tmp_path, old, new, words):
@@ -166,6 +169,14 @@ def test_a_bare_call_shows_the_verbs():
     answer = run()
     assert answer.returncode == 0
     assert all(verb in answer.stdout for verb in ("plan", "simulate", "fly"))
+
+
+def test_an_autopilot_that_nobody_knows_exits_2_and_names_the_known_ones(tmp_path):
+    answer = run("simulate", "missions/kiosk.toml", "--autopilot", "dji", "--out", tmp_path / "out")
+    assert answer.returncode == 2, answer.stdout + answer.stderr
+    (line,) = answer.stderr.strip().splitlines()
+    assert "'dji'" in line
+    assert "px4, ardupilot" in line
 
 
 def test_a_mission_that_the_vehicle_refuses_before_arming_says_why(tmp_path):

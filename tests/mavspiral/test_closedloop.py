@@ -219,3 +219,50 @@ def test_a_battery_that_does_not_last_is_changed_and_all_is_seen(planned):
     assert len(flight.shots) > len(kiosk.shots), "with an overlap"
     assert len(flight.tracking_m) == flight.log.on_leg("inspection").sum()
     assert flight.tracking_p95_m < 0.3
+
+
+@pytest.fixture(scope="module")
+def ardupilot_torre(planned):
+    return simulate(planned("torre"), seed=1, autopilot="ardupilot")
+
+
+def test_the_torre_is_flown_in_ardupilots_dialect_too(ardupilot_torre):
+    flight = ardupilot_torre
+    assert flight.passed, flight.failures
+    assert flight.summary()["autopilot"] == "ardupilot"
+    assert flight.tracking_p95_m <= 0.45
+    log = flight.log
+    inspecting = log.on_leg("inspection")
+    off_rad = np.angle(np.exp(1j * (log.truth_yaw_enu_rad - log.reference_yaw_enu_rad)))[inspecting]
+    assert np.degrees(np.quantile(np.abs(off_rad), 0.95)) <= 2.0
+
+
+@pytest.mark.parametrize("name", ["asilo", "kiosk"])
+def test_the_rest_of_the_gallery_holds_in_ardupilots_dialect(planned, name):
+    flight = simulate(planned(name), seed=1, autopilot="ardupilot")
+    assert flight.passed, flight.failures
+
+
+def test_one_seed_gives_the_same_bits_in_ardupilots_dialect(planned):
+    first, again = (simulate(planned("kiosk"), seed=3, autopilot="ardupilot") for _ in range(2))
+    assert first.tlog == again.tlog
+
+
+def test_the_missions_autopilot_is_the_default_and_the_plan_itself_is_left_alone(planned):
+    inspection = planned("kiosk")
+    flight = simulate(inspection.flown_by("ardupilot"), seed=1)
+    assert any(event.text == "ArduPilot 4.6.3" for event in flight.log.events)
+    assert flight.summary()["autopilot"] == "ardupilot"
+    assert inspection.mission.vehicle.autopilot == "px4"
+
+
+def test_a_flight_lasts_from_arming_to_disarming(planned, kiosk):
+    """How long the vehicle takes to find itself, 41 s for ArduPilot, is not the plan's."""
+    slow = simulate(planned("kiosk"), seed=3, autopilot="ardupilot")
+    assert slow.sim_s - slow.duration_s > 38.0
+    assert slow.duration_s == pytest.approx(kiosk.duration_s, abs=25.0)
+
+
+def test_a_mission_flown_in_auto_as_ardupilot_is_refused_in_words(planned):
+    with pytest.raises(InputError, match="as PX4 alone"):
+        simulate(planned("kiosk"), autopilot="ardupilot", via="mission")

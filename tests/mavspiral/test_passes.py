@@ -16,7 +16,9 @@ FRAME = LocalFrame(GeoPoint(40.05, -1.93, 1000.0))
 
 
 def piece(name, start, end, yaw, pitch=0.0):
-    return Piece(name, "spiral", LinePath(start, end), TurnGaze(yaw, yaw), 1, 2, TurnGaze(pitch, pitch))
+    return Piece(
+        name, "spiral", LinePath(start, end), TurnGaze(yaw, yaw), 1, 2, 8.0, LIMITS, TurnGaze(pitch, pitch)
+    )
 
 
 def ways(wall_m=0.0):
@@ -28,7 +30,7 @@ def ways(wall_m=0.0):
 
 
 def test_a_lone_pass_is_the_inspection():
-    (alone,) = flown_in_order([piece("building", (0, 0, 5), (20, 0, 5), 0.3)], LIMITS)
+    (alone,) = flown_in_order([piece("building", (0, 0, 5), (20, 0, 5), 0.3)])
     assert alone.leg.name == "inspection"
     assert alone.length_m == pytest.approx(20.0)
     assert tour_of([alone], ways()) == (alone.leg,)
@@ -39,8 +41,7 @@ def test_several_passes_are_joined_and_nose_and_camera_turn_on_the_way():
         [
             piece("tower 1", (0, 0, 5), (20, 0, 5), 0.3),
             piece("roof of tower 1", (60, 0, 9), (90, 0, 9), -2.0, -0.7),
-        ],
-        LIMITS,
+        ]
     )
     tour = tour_of(passes, ways(wall_m=12.0))
     assert [leg.name for leg in tour] == [
@@ -61,9 +62,7 @@ def test_several_passes_are_joined_and_nose_and_camera_turn_on_the_way():
 
 
 def test_passes_that_touch_turn_above_the_place():
-    passes = flown_in_order(
-        [piece("a", (0, 0, 5), (20, 0, 5), 0.3), piece("b", (20, 0, 5), (40, 0, 5), 2.3)], LIMITS
-    )
+    passes = flown_in_order([piece("a", (0, 0, 5), (20, 0, 5), 0.3), piece("b", (20, 0, 5), (40, 0, 5), 2.3)])
     tour = tour_of(passes, ways())
     assert [leg.name for leg in tour] == ["inspection-a", "transit-1-1", "transit-1-2", "inspection-b"]
     assert Trajectory(tour).sampled(0.05).position_enu_m[:, 2].max() == pytest.approx(6.0, abs=1e-3)
@@ -71,7 +70,7 @@ def test_passes_that_touch_turn_above_the_place():
 
 def test_a_leg_that_ends_before_a_wall_is_slow_enough_to_stop():
     (before, after) = flown_in_order(
-        [piece("a", (0, 0, 5), (10, 0, 5), 0.3), piece("b", (36, 0, 5), (36, 9, 5), 0.3)], LIMITS
+        [piece("a", (0, 0, 5), (10, 0, 5), 0.3), piece("b", (36, 0, 5), (36, 9, 5), 0.3)]
     )
 
     def overshoot_m(towards):
@@ -85,7 +84,7 @@ def test_a_leg_that_ends_before_a_wall_is_slow_enough_to_stop():
 
 def test_two_passes_that_no_way_joins_are_named():
     passes = flown_in_order(
-        [piece("tower 1", (0, 0, 5), (10, 0, 5), 0.3), piece("tower 2", (60, 0, 5), (70, 0, 5), 0.3)], LIMITS
+        [piece("tower 1", (0, 0, 5), (10, 0, 5), 0.3), piece("tower 2", (60, 0, 5), (70, 0, 5), 0.3)]
     )
     with pytest.raises(LimitError, match="no way between tower 1 and tower 2 keeps"):
         tour_of(passes, ways(wall_m=58.0))

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from mavspiral.shape.heightmap import HeightMap, Site
 from mavspiral.survey.patches import SIDES_ENU, patches_of
 
 
@@ -45,3 +46,22 @@ def test_sight_ends_outside_every_cell(trial):
     patches = patches_of(site)
     assert (site.heights.sample(patches.before_enu_m) <= patches.before_enu_m[:, 2]).all()
     assert np.allclose(np.linalg.norm(patches.normal_enu, axis=1), 1.0)
+
+
+def test_a_gables_roof_has_the_normals_and_the_area_of_its_slopes(trial):
+    site = trial.site_of([(10, 20, 50, 40, 5)], cell_m=0.5)
+    row = (np.arange(128) + 0.5) * 0.5
+    heights = np.where(site.building, 5.0 + 0.75 * (10 - abs(row[:, None] - 30)), 0.0)
+    patches = patches_of(Site(HeightMap(heights, 0.5, None, np.zeros(2)), site.building))
+    roof = ~patches.is_wall
+    assert patches.area_m2[roof].sum() == pytest.approx(40 * 20 * 1.25, rel=0.03)
+    south = roof & (patches.centre_enu_m[:, 1] < 28)
+    np.testing.assert_allclose(patches.normal_enu[south], [[0.0, -0.6, 0.8]] * south.sum(), atol=1e-9)
+
+
+def test_a_low_parapet_tilts_a_flat_roof_but_little_and_only_beside_it(trial):
+    patches = patches_of(trial.site_of([(10, 20, 50, 40, 5.4), (11, 21, 49, 39, 5)], cell_m=0.5))
+    up = patches.normal_enu[~patches.is_wall, 2]
+    assert up.min() > np.cos(np.radians(20))
+    assert (up == 1.0).mean() > 0.6
+    assert patches.area_m2[~patches.is_wall].sum() == pytest.approx(800, rel=0.01)

@@ -25,7 +25,7 @@ def line(yaw_from=1.0, yaw_to=1.0, end=(60.0, 0.0, 10.0)):
 
 def test_shots_are_evenly_spaced_along_the_wall_with_both_ends(camera):
     flight = line()
-    shots = shots_of(flight, camera, standoff_m=8.0, side_overlap=0.6)
+    shots = shots_of(flight, camera, standoffs_m=[8.0], side_overlap=0.6)
     # The picture is 12 m wide: 4.8 m from shot to shot, so 13 gaps on 60 m. Speeding up, the shutter is no limit.
     assert (shots.t_s[0], shots.t_s[-1]) == flight.span_s("inspection")
     assert len(shots) == 14
@@ -36,7 +36,7 @@ def test_shots_are_evenly_spaced_along_the_wall_with_both_ends(camera):
 
 def test_turning_on_the_spot_takes_shots_too(camera):
     flight = line(0.0, 3.0, end=(0.1, 0.0, 10.0))
-    shots = shots_of(flight, camera, standoff_m=8.0, side_overlap=0.6)
+    shots = shots_of(flight, camera, standoffs_m=[8.0], side_overlap=0.6)
     swept_m = 8.0 * np.diff(shots.yaw_enu_rad)
     assert len(shots) == 1 + np.ceil(24 / 4.8)
     assert swept_m.max() < 4.9
@@ -44,7 +44,7 @@ def test_turning_on_the_spot_takes_shots_too(camera):
 
 def test_the_shutter_is_given_its_time(camera):
     flight = line()
-    shots = shots_of(flight, camera, standoff_m=1.0, side_overlap=0.9)
+    shots = shots_of(flight, camera, standoffs_m=[1.0], side_overlap=0.9)
     gaps_s = np.diff(shots.t_s)
     assert gaps_s.min() >= camera.min_interval_s - 1e-9
     assert (shots.t_s[0], shots.t_s[-1]) == pytest.approx(flight.span_s("inspection"))
@@ -53,7 +53,7 @@ def test_the_shutter_is_given_its_time(camera):
 
 def test_flown_shots_are_where_the_flight_was_at_their_path_time(camera):
     flight = line()
-    shots = shots_of(flight, camera, standoff_m=8.0, side_overlap=0.6)
+    shots = shots_of(flight, camera, standoffs_m=[8.0], side_overlap=0.6)
     begin_s, end_s = flight.span_s("inspection")
     path_t_s = np.concatenate([[np.nan] * 5, np.arange(begin_s, end_s + 0.01, 0.02), [end_s] * 50, [np.nan]])
     known = np.isfinite(path_t_s)
@@ -85,7 +85,7 @@ def test_no_shots_are_taken_between_two_passes(camera):
     flight = Trajectory(
         (legs[0], *(Leg(name, path, still, fastest_law(path, still, LIMITS)) for name, path in named))
     )
-    shots = shots_of(flight, camera, standoff_m=8.0, side_overlap=0.6)
+    shots = shots_of(flight, camera, standoffs_m=[8.0, 8.0], side_overlap=0.6)
     assert flight.on("inspection", shots.t_s).all()
     for span_s in flight.spans_s("inspection"):
         assert np.isin(span_s, shots.t_s).all()

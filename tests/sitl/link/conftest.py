@@ -1,8 +1,14 @@
 """A vehicle in lockstep with a scripted client, over real MAVLink bytes."""
 
 import math
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 import pytest
+from copter_client import Client as Copter
+from copter_client import new_simulator
 
 from sitl.airframe import load_airframe
 from sitl.link.codec import Codec
@@ -229,3 +235,26 @@ def client(new_client):
 @pytest.fixture(scope="session")
 def pick():
     return messages
+
+
+@pytest.fixture
+def copter():
+    """A client of an ArduCopter that has just been switched on."""
+    return Copter(new_simulator())
+
+
+@pytest.fixture(scope="session")
+def _hovering():
+    """An ArduCopter that hovers 10 m above home in GUIDED, and its state."""
+    client = Copter(new_simulator())
+    client.airborne()
+    return client.simulator, client.simulator.snapshot()
+
+
+@pytest.fixture
+def aloft(_hovering):
+    """A client of an ArduCopter that hovers 10 m above home in GUIDED."""
+    simulator, state = _hovering
+    simulator.restore(state)
+    simulator.take_events()
+    return Copter(simulator)

@@ -1,6 +1,7 @@
 """The endpoint: datagrams of whole frames, the first client, a taken port, deadlines."""
 
 import socket
+import threading
 import time
 
 import pytest
@@ -8,10 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl.link.codec import Codec
-from sitl.link.endpoint import PortTakenError, UdpLink, datagrams, run
+from sitl.link.endpoint import PortTakenError, TcpLink, UdpLink, datagrams, run, wait_for_client
 from sitl.link.messages import message_type
 
 STATUSTEXT = message_type("STATUSTEXT")
+_UNUSED_INSTANCE = 3011  # whose ground station would be on 44660
 
 
 @given(st.lists(st.binary(min_size=1, max_size=50), max_size=40), st.integers(20, 1280))
@@ -94,3 +96,76 @@ def test_every_frame_is_exchanged_once_and_never_ahead_of_the_clock(speedup):
 
     run(exchange, (), speedup=speedup, after_frame=lambda: len(times_us) < 20)
     assert times_us == [10_000 * (i + 1) for i in range(20)]
+
+
+def eventually(holds, limit_s=2.0):
+    deadline = time.monotonic() + limit_s
+    while not holds():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_a_tcp_port_serves_one_client_and_then_the_next():
+    link = TcpLink("127.0.0.1", 0)
+    try:
+        link.send(b"lost")
+        assert link.receive() == b""
+        for word in (b"one", b"two"):
+            with socket.create_connection(("127.0.0.1", link.local_port), timeout=2.0) as client:
+                eventually(link.has_client)
+                client.sendall(word)
+                heard = []
+                eventually(lambda heard=heard, word=word: heard.append(link.receive()) or heard[-1] == word)
+                link.send(b"Init text, no frame")
+                assert client.recv(99) == b"Init text, no frame"
+            eventually(lambda: not link.receive() and link._client is None)
+    finally:
+        link.close()
+
+
+def test_a_client_that_does_not_read_is_hung_up_on_and_memory_stays_bounded():
+    link = TcpLink("127.0.0.1", 0)
+    try:
+        with socket.create_connection(("127.0.0.1", link.local_port), timeout=2.0):
+            eventually(link.has_client)
+            for _ in range(200):
+                link.send(b"x" * 100_000)
+                if link._client is None:
+                    break
+            assert link._client is None
+            assert len(link._unsent) == 0
+    finally:
+        link.close()
+
+
+def test_a_taken_tcp_port_is_named():
+    link = TcpLink("127.0.0.1", 0)
+    try:
+        with pytest.raises(PortTakenError, match=f"TCP port {link.local_port}"):
+            TcpLink("127.0.0.1", link.local_port)
+    finally:
+        link.close()
+
+
+def test_ardupilot_boots_when_a_client_comes_to_the_first_port():
+    console = TcpLink("127.0.0.1", 0)
+    waiting = threading.Thread(target=wait_for_client, args=((console,), _UNUSED_INSTANCE), daemon=True)
+    try:
+        waiting.start()
+        waiting.join(0.3)
+        assert waiting.is_alive()
+        with socket.create_connection(("127.0.0.1", console.local_port), timeout=2.0):
+            waiting.join(2.0)
+            assert not waiting.is_alive()
+    finally:
+        console.close()
+
+
+def test_ardupilot_boots_when_a_ground_station_listens():
+    console, station = TcpLink("127.0.0.1", 0), socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        station.bind(("127.0.0.1", 14550 + 10 * _UNUSED_INSTANCE))
+        wait_for_client((console,), _UNUSED_INSTANCE)
+    finally:
+        station.close()
+        console.close()

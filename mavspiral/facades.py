@@ -1,0 +1,232 @@
+"""Façades that are flown to and fro, because a party wall or a close neighbour forbids the full turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavspiral.arrays import FloatArray
+from mavspiral.candidate import Candidate, Setting
+from mavspiral.curve.meander import Row, meander
+from mavspiral.passes import Piece
+from mavspiral.shape.parts import Part
+from mavspiral.shape.reach import Reach, arcs_of, reach_at
+from mavspiral.shape.slicing import SolidDistance
+
+__all__ = ["Facades", "facades_of", "hemmed_in"]
+
+ROUNDED_M = 0.3
+"""What rounding the corners of rows may take of the clearance."""
+POINTS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
+SPEED_STEPS = 16
+SAME_PLACE_M = 2.0
+SAME_ROW_M = 0.5
+SHORTEST_M = 2.0
+ABOVE_M = 0.05
+MORE_ROWS = 8
+SAMPLES = 3_000
+SHARE = 0.05
+"""Of a line, what must be nearer to the walls than the stand-off for the rows to be flown closer together."""
+
+
+@dataclass(frozen=True, slots=True)
+class Facades:
+    """What is flown to and fro, from which height on the full turn is free, if at all, and what nobody can reach."""
+
+    candidates: tuple[Candidate, ...]
+    free_from_m: float | None
+    told: tuple[str, ...]
+
+
+def facades_of(setting: Setting, others: SolidDistance, part: Part, low_m: float, high_m: float) -> Facades:
+    """The accessible arcs round a part between two heights, each chain of arcs one above the other a façade."""
+    standoff_m = _nearest_standoff_m(setting, others, part, low_m)
+    low_m, high_m = _nearer_band_m(setting, part, low_m, high_m, standoff_m)
+    heights_m = _row_heights_m(setting, others, part, low_m, high_m, setting.rise_m(standoff_m))
+    reaches = [_reach(setting, others, part, float(height_m)) for height_m in heights_m]
+    blocked = [index for index, reach in enumerate(reaches) if reach is None or not reach.free]
+    first_free = blocked[-1] + 1 if blocked else 0
+    if first_free == len(heights_m) - 1:  # one turn alone is flown with the rows below it
+        first_free += 1
+    chains = _chains([reach for reach in reaches[:first_free] if reach is not None])
+    free_from_m = float(heights_m[first_free]) if first_free < len(heights_m) else None
+    candidates = tuple(_candidate(setting, rows, standoff_m) for rows in chains)
+    return Facades(
+        candidates, free_from_m, _told(setting, [r for r in reaches[:first_free] if r is not None])
+    )
+
+
+def hemmed_in(setting: Setting, others: SolidDistance, height_m: float) -> str:
+    """In words: where there is the most room beside the walls at a height, how much that is, and what would fit there."""
+    solid, standoff_m = setting.solid, setting.standoff_m
+    walls_m, others_m = (
+        distance.excess_m(distance.slice(height_m, standoff_m)) + standoff_m for distance in (solid, others)
+    )
+    room = np.where(walls_m <= standoff_m, np.minimum(walls_m, others_m), -1.0)
+    row, col = np.unravel_index(int(np.argmax(room)), room.shape)
+    room_m = float(room[row, col])
+    place_enu_m = np.array([*(solid.origin_enu_m + np.array([col, row]) * solid.cell_m), height_m])
+    place = setting.site.heights.frame.geo_point(place_enu_m)
+    spare_m = room_m - (setting.joinable_m - setting.required_m)
+    return (
+        f"neighbours and keep-outs stand so near on all sides that no drone can fly along any wall: the most room is "
+        f"{room_m:.1f} m on either side, at lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, {height_m:.1f} m up, and "
+        f"{setting.joinable_m:.1f} m are needed. Fix: a required clearance of {max(0.0, spare_m):.1f} m (now "
+        f"{setting.required_m:.1f} m) would fit, or a band above them (bottom_m)"
+    )
+
+
+def _reach(setting: Setting, others: SolidDistance, part: Part, height_m: float) -> Reach | None:
+    return reach_at(
+        setting.solid,
+        others,
+        height_m=height_m,
+        standoff_m=setting.standoff_m,
+        clearance_m=min(setting.joinable_m + ROUNDED_M, setting.standoff_m),
+        required_m=setting.joinable_m + 0.5 * ROUNDED_M,
+        anchor_enu_m=part.anchor_enu_m,
+    )
+
+
+def _nearest_standoff_m(setting: Setting, others: SolidDistance, part: Part, height_m: float) -> float:
+    """The least distance from the walls along what is accessible at a height, unless it is hardly anywhere."""
+    reach = _reach(setting, others, part, height_m)
+    if reach is None or not reach.accessible.any():
+        return setting.standoff_m
+    return float(min(setting.standoff_m, np.quantile(reach.wall_m[reach.accessible], SHARE)))
+
+
+def _nearer_band_m(
+    setting: Setting, part: Part, low_m: float, high_m: float, standoff_m: float
+) -> tuple[float, float]:
+    """The band, wider where nothing else was asked for: from nearer, a picture shows less of the wall."""
+    asked, limits = setting.mission.inspection, setting.mission.limits
+    half_m = setting.half_m(standoff_m)
+    if asked.bottom_m is None and part.base_m == 0.0:
+        low_m = min(low_m, max(limits.clearance_m, half_m))
+    if asked.top_m is None:
+        high_m = min(limits.ceiling_m, max(high_m, part.top_m - half_m))
+    return low_m, high_m
+
+
+def _row_heights_m(
+    setting: Setting, others: SolidDistance, part: Part, low_m: float, high_m: float, rise_m: float
+) -> FloatArray:
+    """Rows at the most `rise_m` apart, and one as low above each neighbour's roof as is safe, up to the part's own."""
+    highest_m = high_m
+    if setting.mission.inspection.top_m is None:
+        highest_m = max(high_m, min(part.top_m, setting.mission.limits.ceiling_m))
+    rows_m = np.linspace(low_m, high_m, int(np.ceil((high_m - low_m) / rise_m - 1e-9)) + 1)
+    above_m = others.levels_m + setting.joinable_m + ROUNDED_M + ABOVE_M
+    more_m = above_m[(above_m > low_m) & (above_m < highest_m)]
+    more_m = more_m[:MORE_ROWS]
+    inner_m = [row_m for row_m in rows_m[1:-1] if not (np.abs(more_m - row_m) < SAME_ROW_M).any()]
+    return np.unique(np.concatenate([rows_m[[0, -1]], inner_m, more_m]))
+
+
+def _chains(reaches: list[Reach]) -> list[list[Row]]:
+    """Arcs one above the other: an arc goes on with the longest one that lies within it below."""
+    open_chains: list[list[Row]] = []
+    done: list[list[Row]] = []
+    for reach in reaches:
+        rows = [
+            Row(reach.points_enu_m[arc], reach.yaw_enu_rad[arc], len(arc) == len(reach.accessible))
+            for arc in arcs_of(reach)
+        ]
+        going_on: list[list[Row]] = []
+        for row in rows:
+            below = [chain for chain in open_chains if _above(row, chain[-1])]
+            if below:
+                chain = max(below, key=lambda chain: len(chain[-1].points_enu_m))
+                chain.append(row)
+                going_on.append(chain)
+                open_chains.remove(chain)
+            else:
+                going_on.append([row])
+        done += open_chains
+        open_chains = going_on
+    return done + open_chains
+
+
+def _above(row: Row, below: Row) -> bool:
+    """Whether the middle of the row below lies under this one."""
+    middle = below.points_enu_m[len(below.points_enu_m) // 2, :2]
+    return float(np.hypot(*(row.points_enu_m[:, :2] - middle).T).min()) < SAME_PLACE_M
+
+
+def _candidate(setting: Setting, rows: list[Row], standoff_m: float) -> Candidate:
+    def planned(name: str, start_enu_m: FloatArray) -> Piece:
+        towards = _begun_nearer(rows, start_enu_m)
+        path, gaze = meander(towards, smoothing_m=setting.pace.speed_mps)
+        pace = setting.pace_at(standoff_m, np.inf)
+        u = np.linspace(0.0, path.u_end_rad, SAMPLES)
+        place, along, _, _ = path.jet(u)
+        along = along / np.linalg.norm(along, axis=1, keepdims=True)
+        pace = replace(pace, speed_mps=_stopping_mps(setting, place, along, pace.speed_mps))
+        _, gaze = meander(towards, smoothing_m=pace.speed_mps)
+        return Piece(name, "facade", path, gaze, len(rows), 0, standoff_m, pace)
+
+    middle = [row.points_enu_m[len(row.points_enu_m) // 2] for row in (rows[0], rows[-1])]
+    return Candidate("facade", middle[0], middle[1], planned)
+
+
+def _begun_nearer(rows: list[Row], start_enu_m: FloatArray) -> list[Row]:
+    """The rows, the first of them begun at the end that is nearer."""
+    first = rows[0]
+    ends = np.hypot(*(first.points_enu_m[[0, -1], :2] - start_enu_m[:2]).T)
+    if first.closed or ends[0] <= ends[1]:
+        return rows
+    return [Row(first.points_enu_m[::-1], first.yaw_enu_rad[::-1], False), *rows[1:]]
+
+
+def _stopping_mps(setting: Setting, place_enu_m: FloatArray, along: FloatArray, speed_mps: float) -> float:
+    """The fastest speed from which, going straight on and braking, nothing is touched anywhere on the way."""
+    least_m = setting.mission.vehicle.radius_m + setting.stopping_margin_m
+    for share in np.linspace(1.0, 1.0 / SPEED_STEPS, SPEED_STEPS):
+        run_on_m = setting.run_on_m(share * speed_mps)
+        if setting.everything.distance_m(place_enu_m, run_on_m * along).min() >= least_m:
+            return float(share * speed_mps)
+    return speed_mps / SPEED_STEPS
+
+
+def _told(setting: Setting, reaches: list[Reach]) -> tuple[str, ...]:
+    """Each stretch of the lowest line that nobody can fly: where, which side of the building, how long, how high up."""
+    if not reaches:
+        return ()
+    lowest = reaches[0]
+    lines = []
+    for run in _runs(~lowest.accessible):
+        points = lowest.points_enu_m[run]
+        length_m = float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
+        if length_m < SHORTEST_M:
+            continue
+        middle = points[len(points) // 2]
+        outward = lowest.yaw_enu_rad[run][len(run) // 2] + np.pi
+        side = POINTS[int(np.round(outward / (np.pi / 4.0))) % 8]
+        top_m = max(r.points_enu_m[0, 2] for r in reaches if not _reached(r, middle))
+        place = setting.site.heights.frame.geo_point(middle)
+        lines.append(
+            f"no drone can pass the {side} side for {length_m:.0f} m about lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, "
+            f"from {middle[2]:.1f} to {top_m:.1f} m up: too near to a neighbour or a keep-out for {setting.required_m:.1f} m "
+            "of clearance"
+        )
+    return tuple(lines)
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+    """The runs of a ring's mask, in order."""
+    if not mask.any():
+        return []
+    if mask.all():
+        return [np.arange(len(mask))]
+    order = np.roll(np.arange(len(mask)), -int(np.argmin(mask)))
+    edges = np.flatnonzero(np.diff(mask[order].astype(np.int8), append=np.int8(0)))
+    return [order[begin + 1 : end + 1] for begin, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _reached(reach: Reach, place_enu_m: FloatArray) -> bool:
+    """Whether a line can be flown where it is nearest to a place."""
+    away = np.hypot(*(reach.points_enu_m[:, :2] - place_enu_m[:2]).T)
+    return bool(reach.accessible[int(np.argmin(away))])

@@ -1,0 +1,237 @@
+"""ArduCopter's commander: decides what the vehicle does, from orders, targets and its own condition.
+
+Pure logic on values, after ArduCopter 4.6.3 as it was seen to behave without a radio control. What the modes do is
+in the table of `copter_modes`. Simpler than ArduPilot: no failsafe on a low battery or a bad estimate, and no fence.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+from sitl.autopilot.arming import home_of, is_ready
+from sitl.autopilot.auto import Auto, begin_auto
+from sitl.autopilot.auto_items import navigates
+from sitl.autopilot.copter_memory import PREARM_US, CopterState, knows_place, notify, stand_down
+from sitl.autopilot.copter_modes import COPTER_MODES, after_gcs_loss
+from sitl.autopilot.copter_orders import carry_out, steer, switch
+from sitl.autopilot.glide import start_glide
+from sitl.autopilot.guided import Guided, begin_guided
+from sitl.autopilot.memory import NOTHING
+from sitl.autopilot.trip import Trip
+from sitl.orders import Condition, FlightStatus, Landed, Mode, Notice, Order, Severity, Shot, Verdict
+from sitl.plans import MissionRun, Plans
+from sitl.signals import Demand, Setpoint, vector
+
+__all__ = ["Copter"]
+
+_YAW_DROOP = 0.1
+"""What ArduCopter's yaw rate loop leaves undone, by gains of little integral: 0.37° behind was seen at 17°/s."""
+_SPOOL_US = 1_000_000
+_GROUND_STATION_LOST = "GCS Failsafe"
+_DISARMED = Demand(armed=False, idle=True, setpoint=NOTHING)
+_IDLE = Demand(armed=True, idle=True, setpoint=NOTHING)
+
+
+class Copter:
+    """Takes orders and targets, and says frame by frame what the cascade shall do. `parameters` are ArduPilot's."""
+
+    def __init__(self, parameters: Mapping[str, float]) -> None:
+        self.parameters = parameters
+        self._state = CopterState()
+
+    @property
+    def armed(self) -> bool:
+        """Whether the motors may turn."""
+        return self._state.armed
+
+    @property
+    def mode(self) -> Mode:
+        """What is done now."""
+        return self._state.mode
+
+    @property
+    def plans(self) -> Plans:
+        """What has been uploaded."""
+        return self._state.plans
+
+    @property
+    def run(self) -> MissionRun:
+        """How far the mission has come."""
+        return self._state.run
+
+    def obey(self, order: Order, condition: Condition) -> Verdict:
+        """Carry out the order, or not."""
+        return carry_out(self._state, order, condition)
+
+    def steer(self, setpoint: Setpoint, condition: Condition) -> None:
+        """Take a target: obeyed in GUIDED only, and in the air. It ends a take-off."""
+        steer(self._state, setpoint, condition)
+
+    def hear_ground_station(self, now_us: int) -> None:
+        """A heartbeat of the ground station that FS_GCS_ENABLE watches."""
+        self._state.gcs_heard_us = now_us
+
+    def command(self, condition: Condition) -> Demand:
+        """What the cascade shall do until the next frame."""
+        state = self._state
+        dt_s = 1e-6 * (condition.time_us - state.time_us)
+        state.time_us = condition.time_us
+        if not state.told_place and knows_place(condition):
+            state.told_place = True
+            state.home = state.home or home_of(condition)
+            notify(state, condition, Severity.INFO, "EKF3 IMU0 is using GPS")
+        if state.payload.is_waiting:
+            self._shoot(condition)
+        if state.armed:
+            self._watch_ground(condition)
+            self._watch_ground_station(condition)
+        if not state.armed:
+            return _DISARMED
+        if not self._may_fly(condition):
+            if not isinstance(state.going, Guided):
+                state.going = None
+            return _IDLE
+        state.setpoint = self._proceed(condition, dt_s)
+        return Demand(armed=True, idle=False, setpoint=self._as_the_cascade_takes_it(state.setpoint))
+
+    def status(self, condition: Condition) -> FlightStatus:
+        """What the commander says of itself."""
+        state, aloft = self._state, Landed.IN_AIR
+        if isinstance(state.going, Guided) and state.going.trip is not None:
+            aloft = Landed.TAKING_OFF
+        elif COPTER_MODES[state.mode].lands or (isinstance(state.going, Auto) and state.going.comes_down):
+            aloft = Landed.LANDING
+        return FlightStatus(
+            armed=state.armed,
+            mode=state.mode,
+            landed=Landed.ON_GROUND if condition.on_ground else aloft,
+            ready=condition.time_us >= PREARM_US and is_ready(condition),
+            failsafe=state.failsafe,
+            home=state.home,
+            setpoint=state.setpoint,
+            plans=state.plans,
+            run=state.run,
+            mission_ok=navigates(state.plans.mission),
+            knows_place=knows_place(condition),
+        )
+
+    @property
+    def has_news(self) -> bool:
+        """Whether there is something to tell or to show."""
+        return bool(self._state.notices or self._state.shots)
+
+    def take_shots(self) -> tuple[Shot, ...]:
+        """The pictures since the last call."""
+        shots, self._state.shots = self._state.shots, ()
+        return shots
+
+    def take_notices(self) -> tuple[Notice, ...]:
+        """What there is to tell since the last call."""
+        notices, self._state.notices = self._state.notices, ()
+        return notices
+
+    def snapshot(self) -> CopterState:
+        """All that the commander remembers."""
+        return replace(self._state)
+
+    def restore(self, state: CopterState) -> None:
+        """Go on from a snapshot."""
+        self._state = replace(state)
+
+    def _proceed(self, condition: Condition, dt_s: float) -> Setpoint:
+        """The setpoint a frame further along what the mode does."""
+        state, parameters = self._state, self.parameters
+        going = self._begin(condition) if state.going is None else state.going
+        if isinstance(going, Auto):
+            going = going.step(condition, dt_s, parameters, state.payload.bearing_rad(condition))
+            state.run, state.speeds = going.run, going.speeds
+            if going.deed is not None:
+                state.payload = state.payload.told(going.deed, state.home)
+        else:
+            going = going.step(condition, dt_s, parameters, state.speeds)
+        state.going = going
+        setpoint = going.setpoint
+        if COPTER_MODES[state.mode].level:
+            height = math.nan, math.nan, float(setpoint.position_ned_m[2])
+            speed = math.nan, math.nan, float(setpoint.velocity_ned_mps[2])
+            return replace(
+                setpoint,
+                position_ned_m=vector(height),
+                velocity_ned_mps=vector(speed),
+                acceleration_ned_mps2=vector((0.0, 0.0, 0.0)),
+            )
+        return setpoint
+
+    def _as_the_cascade_takes_it(self, setpoint: Setpoint) -> Setpoint:
+        """ArduPilot damps the speed's error where the cascade damps the speed: (1 + D)·a makes up for that."""
+        gain = 1.0 + self.parameters["PSC_VELXY_D"]
+        north, east, down = setpoint.acceleration_ned_mps2.tolist()
+        return replace(
+            setpoint,
+            acceleration_ned_mps2=vector((north * gain, east * gain, down)),
+            yaw_rate_ned_radps=setpoint.yaw_rate_ned_radps * (1.0 - _YAW_DROOP),
+        )
+
+    def _begin(self, condition: Condition) -> Guided | Auto | Trip:
+        state = self._state
+        if state.mode is Mode.GUIDED:
+            return begin_guided(condition)
+        if state.mode is Mode.AUTO and state.home is not None and condition.origin is not None:
+            state.payload = replace(state.payload, paused=False)
+            return begin_auto(
+                state.plans.mission, state.run, condition, state.home, state.speeds, self.parameters
+            )
+        return COPTER_MODES[state.mode].trip(start_glide(condition.estimate), state.home, self.parameters)
+
+    def _watch_ground(self, condition: Condition) -> None:
+        """Disarm who has landed by itself, and who stands for DISARM_DELAY."""
+        state, now_us = self._state, condition.time_us
+        if not condition.on_ground:
+            state.flown, state.standing_since_us = True, None
+            return
+        if state.standing_since_us is None:
+            state.standing_since_us = now_us
+        lands = COPTER_MODES[state.mode].lands or (isinstance(state.going, Auto) and state.going.comes_down)
+        delay_s = self.parameters["DISARM_DELAY"]
+        tired = delay_s > 0.0 and now_us - state.standing_since_us >= 1e6 * delay_s
+        if (lands and (state.flown or tired)) or tired:
+            stand_down(state, condition)
+
+    def _watch_ground_station(self, condition: Condition) -> None:
+        """FS_GCS_ENABLE: only who has been heard can be missed."""
+        state, now_us = self._state, condition.time_us
+        if state.gcs_heard_us is None:
+            return
+        lost = now_us - state.gcs_heard_us > 1e6 * self.parameters["FS_GCS_TIMEOUT"]
+        mode = after_gcs_loss(self.parameters)
+        if mode is None or lost is state.failsafe:
+            return
+        state.failsafe = lost
+        if not lost:
+            notify(state, condition, Severity.WARNING, f"{_GROUND_STATION_LOST} Cleared")
+            return
+        notify(state, condition, Severity.WARNING, _GROUND_STATION_LOST)
+        if condition.on_ground:
+            stand_down(state, condition)
+        elif switch(state, mode, condition) is not Verdict.ACCEPTED:
+            switch(state, Mode.LAND, condition)
+
+    def _may_fly(self, condition: Condition) -> bool:
+        """Whether the motors may do more than idle."""
+        state = self._state
+        if not condition.on_ground:
+            return True
+        if condition.time_us < state.armed_at_us + _SPOOL_US:
+            return False
+        if isinstance(state.going, Guided):
+            return state.going.trip is not None
+        return state.mode is Mode.AUTO and state.auto_armed and not state.flown
+
+    def _shoot(self, condition: Condition) -> None:
+        state = self._state
+        before = state.payload.shots
+        state.payload = state.payload.look(condition)
+        if state.payload.shots > before:
+            state.shots = (*state.shots, state.payload.shot(condition, state.home))

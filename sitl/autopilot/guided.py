@@ -1,0 +1,189 @@
+"""GUIDED: a target streamed from outside, extrapolated between messages and followed by ArduPilot's shaping.
+
+Source: ArduPilot 4.6, mode_guided.cpp, as it was seen to behave. A group of three axes is commanded whole or not at all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+
+from sitl.autopilot.glide import Glide, start_glide
+from sitl.autopilot.shaping import shape_position, shape_velocity, shape_yaw
+from sitl.autopilot.trip import Speeds, Trip, climb, speeds_of, vertical_limits, yaw_limits
+from sitl.orders import Condition, TurnTo
+from sitl.signals import Setpoint
+
+__all__ = ["Guided", "begin_guided"]
+
+_ALONG_FROM = 0.05
+"""Of the greatest speed: slower than that the nose does not turn along the way."""
+
+
+class _Aim(Enum):
+    REST = auto()
+    POSITION = auto()
+    VELOCITY = auto()
+    MOTION = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Guided:
+    """What GUIDED does. `trip` is a take-off; `goal` is the target as it was told, moved on since `told_us`.
+
+    `yaw_ned_rad` NaN turns the nose along the way; without a rate it is held, `rated` alone turns for ever.
+    """
+
+    glide: Glide
+    goal: Glide
+    aim: _Aim = _Aim.REST
+    told_us: int = 0
+    along: bool = False
+    trip: Trip | None = None
+
+    @property
+    def setpoint(self) -> Setpoint:
+        """What the cascade shall follow now."""
+        return self.glide.setpoint() if self.trip is None else self.trip.setpoint
+
+    def lifted(self, down_m: float) -> Guided:
+        """A take-off to that height, from here."""
+        return replace(self, trip=climb(self.glide, down_m))
+
+    def turned(self, turn: TurnTo) -> Guided:
+        """With CONDITION_YAW's heading."""
+        yaw = self.glide.yaw_ned_rad + turn.sign * turn.yaw_rad if turn.relative else turn.yaw_rad
+        return replace(self, along=False, goal=replace(self.goal, yaw_ned_rad=yaw, yaw_rate_ned_radps=0.0))
+
+    def told(self, setpoint: Setpoint, now_us: int) -> Guided:
+        """With a target from outside: it ends a take-off. Groups that do not belong together stop the vehicle."""
+        north, east, down = setpoint.position_ned_m.tolist()
+        v_north, v_east, v_down = setpoint.velocity_ned_mps.tolist()
+        a_north, a_east, a_down = setpoint.acceleration_ned_mps2.tolist()
+        placed, moving, pushed = math.isfinite(north), math.isfinite(v_north), math.isfinite(a_north)
+        before = self if self.trip is None else replace(self, glide=self.trip.glide, trip=None)
+        if not (placed or moving) or (placed and pushed and not moving):
+            return before.stopped(now_us)
+        goal = Glide(
+            complex(north, east) if placed else before.glide.position_m,
+            complex(v_north, v_east) if moving else 0j,
+            complex(a_north, a_east) if pushed else 0j,
+            down if placed else before.glide.down_m,
+            v_down if moving else 0.0,
+            a_down if pushed else 0.0,
+            *before._yaw_told(setpoint),
+        )
+        aim = _Aim.MOTION if placed and moving else _Aim.POSITION if placed else _Aim.VELOCITY
+        along = math.isnan(setpoint.yaw_ned_rad) and math.isnan(setpoint.yaw_rate_ned_radps)
+        return replace(before, goal=goal, aim=aim, told_us=now_us, along=along)
+
+    def _yaw_told(self, setpoint: Setpoint) -> tuple[float, float]:
+        yaw, rate = setpoint.yaw_ned_rad, setpoint.yaw_rate_ned_radps
+        if math.isnan(yaw):
+            yaw = self.goal.yaw_ned_rad if math.isfinite(rate) else self.glide.yaw_ned_rad
+        return yaw, 0.0 if math.isnan(rate) else rate
+
+    def stopped(self, now_us: int) -> Guided:
+        """Brake and stay."""
+        rest = replace(
+            self.glide,
+            velocity_mps=0j,
+            acceleration_mps2=0j,
+            down_speed_mps=0.0,
+            down_acceleration_mps2=0.0,
+            yaw_rate_ned_radps=0.0,
+        )
+        return replace(self, goal=rest, aim=_Aim.REST, told_us=now_us, along=False, trip=None)
+
+    def step(
+        self, condition: Condition, dt_s: float, parameters: Mapping[str, float], speeds: Speeds
+    ) -> Guided:
+        """The target `dt_s` later."""
+        if self.trip is not None:
+            trip = self.trip.step(condition, dt_s, parameters, speeds)
+            return replace(self, trip=trip, glide=trip.glide)
+        if dt_s <= 0.0:
+            return self
+        late = condition.time_us - self.told_us > 1e6 * parameters["GUID_TIMEOUT"]
+        goal = _at_rest(self.goal) if late else _moved(self.goal, dt_s)
+        glide = _shaped(self.glide, goal, self.aim, parameters, speeds, dt_s)
+        yaw_goal, yaw_rate_goal = goal.yaw_ned_rad, goal.yaw_rate_ned_radps
+        if self.along:
+            yaw_goal, yaw_rate_goal = _along(glide, parameters)
+        error = math.remainder(yaw_goal - glide.yaw_ned_rad, math.tau)
+        rate = shape_yaw(error, yaw_rate_goal, glide.yaw_rate_ned_radps, yaw_limits(parameters), dt_s)
+        yaw = math.remainder(glide.yaw_ned_rad + rate * dt_s, math.tau)
+        return replace(self, goal=goal, glide=replace(glide, yaw_ned_rad=yaw, yaw_rate_ned_radps=rate))
+
+
+def begin_guided(condition: Condition) -> Guided:
+    """GUIDED as it begins: it comes to rest where it is."""
+    glide = start_glide(condition.estimate)
+    return Guided(glide, glide).stopped(condition.time_us)
+
+
+def _moved(goal: Glide, dt: float) -> Glide:
+    """The target as it moves on by itself between two messages."""
+    v, a = goal.velocity_mps, goal.acceleration_mps2
+    down_v, down_a = goal.down_speed_mps, goal.down_acceleration_mps2
+    return replace(
+        goal,
+        position_m=goal.position_m + (v + 0.5 * a * dt) * dt,
+        velocity_mps=v + a * dt,
+        down_m=goal.down_m + (down_v + 0.5 * down_a * dt) * dt,
+        down_speed_mps=down_v + down_a * dt,
+        yaw_ned_rad=goal.yaw_ned_rad + goal.yaw_rate_ned_radps * dt,
+    )
+
+
+def _at_rest(goal: Glide) -> Glide:
+    """After GUID_TIMEOUT without a message."""
+    return replace(
+        goal,
+        velocity_mps=0j,
+        acceleration_mps2=0j,
+        down_speed_mps=0.0,
+        down_acceleration_mps2=0.0,
+        yaw_rate_ned_radps=0.0,
+    )
+
+
+def _shaped(
+    glide: Glide, goal: Glide, aim: _Aim, parameters: Mapping[str, float], speeds: Speeds, dt: float
+) -> Glide:
+    most = speeds_of(speeds, parameters)
+    accel, jerk = most.acceleration_mps2, most.jerk_mps3
+    accel_z, jerk_z = vertical_limits(parameters)
+    p, v, a = glide.position_m, glide.velocity_mps, glide.acceleration_mps2
+    down, down_v, down_a = glide.down_m, glide.down_speed_mps, glide.down_acceleration_mps2
+    if aim in (_Aim.VELOCITY, _Aim.REST):
+        a = shape_velocity(goal.velocity_mps, goal.acceleration_mps2, v, a, accel, jerk, dt)
+        down_a = shape_velocity(
+            goal.down_speed_mps, goal.down_acceleration_mps2, down_v, down_a, accel_z, jerk_z, dt
+        )
+    else:
+        vertical_mps = most.down_mps if goal.down_m > down else most.up_mps
+        level = goal.position_m, goal.velocity_mps, goal.acceleration_mps2
+        upright = goal.down_m, goal.down_speed_mps, goal.down_acceleration_mps2
+        a = shape_position(level, p, v, a, (most.speed_mps, accel, jerk), dt)
+        down_a = shape_position(upright, down, down_v, down_a, (vertical_mps, accel_z, jerk_z), dt)
+    v, down_v = v + a * dt, down_v + down_a * dt
+    return replace(
+        glide,
+        position_m=p + v * dt,
+        velocity_mps=v,
+        acceleration_mps2=a,
+        down_m=down + down_v * dt,
+        down_speed_mps=down_v,
+        down_acceleration_mps2=down_a,
+    )
+
+
+def _along(glide: Glide, parameters: Mapping[str, float]) -> tuple[float, float]:
+    """Heading and yaw rate of a nose that points the way it flies; where it creeps, it keeps its heading."""
+    v, a = glide.velocity_mps, glide.acceleration_mps2
+    if abs(v) <= _ALONG_FROM * 0.01 * parameters["WPNAV_SPEED"]:
+        return glide.yaw_ned_rad, 0.0
+    return math.atan2(v.imag, v.real), (v.conjugate() * a).imag / abs(v) ** 2

@@ -1,0 +1,87 @@
+"""Planning of whole buildings, warm, by stage, in milliseconds of the process; medians. Run with PYTHONPATH=. from the top."""
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from mavspiral import load_mission, plan
+
+STAGES = ("map", "curve", "timing", "transits", "certificate", "coverage")
+MISSION = """
+schema = 1
+name = "bench"
+[building]
+map = "bench.npz"
+cell_m = 0.25
+map_error_m = 0.3
+[camera]
+focal_length_mm = 8.8
+sensor_mm = [13.2, 8.8]
+min_interval_s = 0.7
+[inspection]
+standoff_m = {standoff_m}
+overlap = {overlap}
+[limits]
+clearance_m = 3.0
+ceiling_m = 150
+[vehicle]
+endurance_s = 20000
+"""
+
+
+def block(size_m, *boxes):
+    """A map of `size_m` east and north at 0.25 m; boxes are west, south, east, north, height."""
+    heights = np.zeros((round(size_m[1] * 4), round(size_m[0] * 4)))
+    for west, south, east, north, height in boxes:
+        heights[round(south * 4) : round(north * 4), round(west * 4) : round(east * 4)] = height
+    return heights
+
+
+def tower_on(size_m):
+    """A prismatic tower of 60 m in the middle of a map."""
+    east, north = size_m[0] / 2, size_m[1] / 2
+    return block(size_m, (east - 15, north - 10, east + 15, north + 10, 60.0))
+
+
+PODIUM = ((160, 170, 240, 230, 12.0), (165, 185, 185, 215, 50.0), (215, 185, 235, 215, 40.0))
+CASES = {
+    "tower 60 m, 120 × 80 m": (tower_on((120, 80)), 8.0, 0.55),
+    "the same, 240 × 160 m": (tower_on((240, 160)), 8.0, 0.55),
+    "the same, 480 × 320 m": (tower_on((480, 320)), 8.0, 0.55),
+    "podium, two towers, 400 × 400 m": (block((400, 400), *PODIUM), 10.0, 0.25),
+}
+
+
+def main(times=7):
+    print(
+        f"{'':32}{'cells':>10}{'turns':>7}{'parts':>7}{'without coverage':>18}{'wall clock':>12}   ", end=""
+    )
+    print("".join(f"{stage:>12}" for stage in STAGES))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for case, (heights, standoff_m, overlap) in CASES.items():
+            np.savez(folder / "bench.npz", height_agl_m=heights, cell_m=0.25, origin=[40.05, -1.93])
+            (folder / "bench.toml").write_text(MISSION.format(standoff_m=standoff_m, overlap=overlap))
+            mission = load_mission(folder / "bench.toml")
+            plan(mission)
+            laps, cpu_ms, wall_ms = [], [], []
+            for _ in range(times):
+                begin, begin_cpu = time.perf_counter(), time.process_time()
+                inspection = plan(mission)
+                cpu_ms.append(1e3 * (time.process_time() - begin_cpu))
+                wall_ms.append(1e3 * (time.perf_counter() - begin))
+                laps.append(inspection.planning_ms)
+            stages = {stage: float(np.median([lap[stage] for lap in laps])) for stage in STAGES}
+            without_ms = sum(stages.values()) - stages["coverage"]
+            turns = sum(part.rings for part in inspection.passes)
+            print(
+                f"{case:32}{heights.size:10d}{turns:7d}{len(inspection.passes):7d}{without_ms:18.1f}"
+                f"{np.median(wall_ms):12.1f}   {''.join(f'{stages[stage]:12.1f}' for stage in STAGES)}"
+            )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
