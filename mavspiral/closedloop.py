@@ -10,6 +10,7 @@ import io
 import math
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -20,12 +21,14 @@ from mavspiral.flight.auto_flight import AutoFlight
 from mavspiral.flight.autopilots import PROFILES, Autopilot
 from mavspiral.flight.flight_log import TlogWriter
 from mavspiral.flight.outcome import Outcome, SessionConfig
+from mavspiral.flight.plan_upload import MissionLists
 from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
 from mavspiral.flown import Flight, log_along, one_after_the_other, pictures_along
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
 from mavspiral.handover import inspection_documents, inspection_missions
 from mavspiral.mission import Mission
+from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection, plan
 from mavspiral.progress import captured_shots
 from mavspiral.sorties import Sortie
@@ -76,36 +79,64 @@ def simulate(
     """The mission (or its plan) flown from take-off to landing by the bundled vehicle; same seed, same bits.
 
     Streamed setpoint by setpoint, or `via` the exported mission, which the vehicle is given and flies in AUTO.
-    Where one battery does not last, every sortie is flown, each by a vehicle that was just switched on; faults strike the first.
+    Where one battery does not last, or one mission not do, every sortie is flown, each by a vehicle that was just switched on; faults strike the first.
     `autopilot` is whose behaviour it shows, else the mission's. The vehicle stands at the mission's home; its EKF's
     origin is neither that place nor the plan's origin.
 
     Raises:
         InputError: a fault or an airframe that nobody knows.
-        LimitError: the plan does not keep its own limits.
+        LimitError: the plan does not keep its own limits, or stretches of it have no mission that fits.
     """
     inspection = plan(mission) if isinstance(mission, Mission) else mission
     if autopilot is not None:
         inspection = inspection.flown_by(autopilot)
     flights: list[Flight] = []
-    for number, sortie in enumerate(inspection.sorties()):
+    for number, order in enumerate(_orders(inspection, via)):
         config = _config(inspection, seed + number * SEEDS_APART, wind_mps, gusts, () if number else faults)
         begins_s = sum(flight.sim_s for flight in flights)
-        flights.append(_flown(inspection, sortie, via, config, seed, round(1e6 * begins_s)))
+        flights.append(_flown(inspection, order, config, seed, round(1e6 * begins_s)))
         if not flights[-1].outcome.ok:
             break
     return flights[0] if len(flights) == 1 else one_after_the_other(flights)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Order:
+    """A sortie to be streamed, or flown in AUTO: by those lists, which were made of that route."""
+
+    sortie: Sortie
+    auto: tuple[MissionLists, Trajectory] | None = None
+
+
+def _orders(inspection: Inspection, via: Via) -> tuple[_Order, ...]:
+    if via == "stream":
+        return tuple(map(_Order, inspection.sorties()))
+    name = inspection.mission.name
+    if inspection.mission.vehicle.autopilot != "px4":
+        raise InputError(
+            f"{name}: the exported mission is flown in simulation as PX4 alone yet. "
+            "Fix: --via stream, or --autopilot px4"
+        )
+    handover = inspection_missions(inspection)
+    if handover.refusals:
+        raise LimitError(f"{name}: {'; '.join(handover.refusals)}")
+    documents = inspection_documents(inspection, handover)
+    return tuple(
+        _Order(handed.sortie, (mission_lists(document), handed.route))
+        for handed, document in zip(handover.sorties, documents, strict=True)
+    )
+
+
 def _flown(
-    inspection: Inspection, sortie: Sortie, via: Via, config: SimulatorConfig, seed: int, begins_us: int
+    inspection: Inspection, order: _Order, config: SimulatorConfig, seed: int, begins_us: int
 ) -> Flight:
     """One sortie, by a vehicle that was just switched on; its packets are dated from `begins_us` on."""
     simulator = Simulator(config)
     tape = io.BytesIO()
-    session = _session(inspection, sortie, via, TlogWriter(tape.write, TLOG_EPOCH_US + begins_us).write)
+    session = _session(inspection, order, TlogWriter(tape.write, TLOG_EPOCH_US + begins_us).write)
     witness = _Witness(simulator)
-    limit_us = round(1e6 * (PATIENCE[via] * inspection.trajectory.duration_s + 300.0))
+    patience = PATIENCE["mission" if order.auto else "stream"]
+    limit_us = round(1e6 * (patience * inspection.trajectory.duration_s + 300.0))
     now_us, to_vehicle = 0, b""
     begin_s = time.perf_counter()
     while session.outcome is None and now_us < limit_us:
@@ -120,36 +151,25 @@ def _flown(
     wall_s = time.perf_counter() - begin_s
     outcome = session.outcome or Outcome(False, session.state, f"not over after {now_us / 1e6:.0f} s", 1)
     return _measured(
-        inspection, sortie, session, outcome, witness, tape.getvalue(), seed, now_us / 1e6, wall_s
+        inspection, order, session, outcome, witness, tape.getvalue(), seed, now_us / 1e6, wall_s
     )
 
 
 def _session(
-    inspection: Inspection, sortie: Sortie, via: Via, tap: Callable[[int, bytes], None]
+    inspection: Inspection, order: _Order, tap: Callable[[int, bytes], None]
 ) -> Session | AutoFlight:
     """Who flies the vehicle: we by a stream, or it by itself with the exported mission."""
-    if via == "stream":
-        return Session(
-            lambda home_enu_m: inspection.route_from(home_enu_m, sortie),
-            inspection.site.heights.frame,
-            SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
-            way_home=inspection.way_home,
-            profiles=(PROFILES[inspection.mission.vehicle.autopilot],),
-            shots=inspection.shot_orders(sortie),
-            tap=tap,
-        )
-    if inspection.mission.vehicle.autopilot != "px4":
-        raise InputError(
-            f"{inspection.mission.name}: the exported mission is flown in simulation as PX4 alone yet. "
-            "Fix: --via stream, or --autopilot px4"
-        )
-    documents = inspection_documents(inspection, inspection_missions(inspection))
-    if len(documents) > 1:
-        raise InputError(
-            f"{inspection.mission.name}: as a mission it takes {len(documents)} sorties, and one flight is simulated. "
-            "Fix: larger [vehicle] max_items or endurance_s"
-        )
-    return AutoFlight(mission_lists(documents[0]), tap=tap)
+    if order.auto is not None:
+        return AutoFlight(order.auto[0], tap=tap)
+    return Session(
+        lambda home_enu_m: inspection.route_from(home_enu_m, order.sortie),
+        inspection.site.heights.frame,
+        SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
+        way_home=inspection.way_home,
+        profiles=(PROFILES[inspection.mission.vehicle.autopilot],),
+        shots=inspection.shot_orders(order.sortie),
+        tap=tap,
+    )
 
 
 def _config(
@@ -216,7 +236,7 @@ class _Witness:
 
 def _measured(
     inspection: Inspection,
-    sortie: Sortie,
+    order: _Order,
     session: Session | AutoFlight,
     outcome: Outcome,
     witness: _Witness,
@@ -225,7 +245,8 @@ def _measured(
     sim_s: float,
     wall_s: float,
 ) -> Flight:
-    trajectory = inspection.trajectory if isinstance(session, AutoFlight) else session.trajectory
+    trajectory = session.trajectory if isinstance(session, Session) else order.auto and order.auto[1]
+    sortie = order.sortie
     if trajectory is None:
         raise LimitError(f"{inspection.mission.name}: the flight never began: {outcome.reason}")
     seen, frame, heights = witness.columns(), inspection.site.heights.frame, inspection.site.heights

@@ -143,7 +143,7 @@ def one_after_the_other(flights: Sequence[Flight]) -> Flight:
         rtf=sum(flight.rtf * flight.wall_s for flight in flights) / wall_s,
         stream=StreamFigures(
             sent_n,
-            sum(flight.stream.rate_hz * flight.stream.sent_n for flight in flights) / sent_n,
+            sum(flight.stream.rate_hz * flight.stream.sent_n for flight in flights) / max(sent_n, 1),
             max(flight.stream.worst_gap_s for flight in flights),
         ),
         clearance_t_s=np.concatenate(

@@ -137,24 +137,27 @@ def mission_warnings(handover: Handover, items_max: int) -> tuple[str, ...]:
 def _handed(inspection: Inspection, sortie: Sortie) -> list[AutoSortie] | _Refusal:
     """The fewest missions that fly the sortie, or why there are none."""
     vehicle = inspection.mission.vehicle
-    count, refusal = 1, _Refusal(sortie.begin_s, sortie.end_s, "", "")
-    while count <= SORTIES_MAX and (parts := _cut(inspection, sortie, count)):
+    parts: tuple[Sortie, ...] = (sortie,)
+    whole: AutoSortie | None = None
+    refusal = _Refusal(sortie.begin_s, sortie.end_s, "", "")
+    while parts and len(parts) <= SORTIES_MAX:
         flights: list[AutoSortie] = []
         for part in parts:
             try:
                 flights.append(_flight(inspection, part))
             except LimitError as error:
                 return _Refusal(sortie.begin_s, sortie.end_s, "clearance", str(error))
+            whole = whole or flights[-1]
             route, items_n = flights[-1].route, len(flights[-1].fit.mission.items)
             begin_s, end_s = route.span_s("inspection")
-            way_s = _auto_s(route.duration_s - (end_s - begin_s))
-            if _auto_s(route.duration_s) > vehicle.endurance_s:
+            lasts_s, way_s = _auto_s(route.duration_s), _auto_s(route.duration_s - (end_s - begin_s))
+            if lasts_s > vehicle.endurance_s:
                 refusal = _Refusal(
                     sortie.begin_s,
                     sortie.end_s,
                     "endurance_s",
-                    f"[vehicle] endurance_s = {vehicle.endurance_s:g}: in AUTO there and back alone takes {way_s:.0f} s "
-                    f"({AUTO_SLOWER} times as planned, and {AROUND_S:.0f} s). Fix: a larger endurance_s, {FIX}",
+                    f"[vehicle] endurance_s = {vehicle.endurance_s:g}: even in {len(parts)} sorties AUTO takes {lasts_s:.0f} s "
+                    f"for one, {way_s:.0f} s there and back ({AUTO_SLOWER} times as planned, and {AROUND_S:.0f} s). Fix: a larger endurance_s, {FIX}",
                 )
                 if way_s >= vehicle.endurance_s:
                     return refusal
@@ -164,13 +167,13 @@ def _handed(inspection: Inspection, sortie: Sortie) -> list[AutoSortie] | _Refus
                     sortie.begin_s,
                     sortie.end_s,
                     "max_items",
-                    f"[vehicle] max_items = {vehicle.max_items}: even in {count} sorties it takes {items_n} items each. "
+                    f"[vehicle] max_items = {vehicle.max_items}: even in {len(parts)} sorties one of them takes {items_n} items. "
                     f"Fix: a larger max_items, {FIX}",
                 )
                 break
         else:
             return flights
-        count += 1
+        parts = _cut(inspection, whole, len(parts) + 1)
     return refusal
 
 
@@ -217,17 +220,17 @@ def _shots(inspection: Inspection, sortie: Sortie, route: Trajectory) -> Shots:
     return Shots(t_s, states.position_enu_m, states.yaw_enu_rad, states.gimbal_pitch_rad)
 
 
-def _cut(inspection: Inspection, sortie: Sortie, count: int) -> tuple[Sortie, ...]:
-    """The sortie in `count` of about as many shots, with the overlap of sorties; nothing if that leaves too few."""
-    if count == 1:
-        return (sortie,)
-    shots_s = inspection.shots_s
+def _cut(inspection: Inspection, whole: AutoSortie, count: int) -> tuple[Sortie, ...]:
+    """The sortie in `count` of about as many waypoints, with the overlap of sorties; nothing if that leaves too few shots."""
+    sortie, shots_s = whole.sortie, inspection.shots_s
     shots_s = shots_s[(shots_s > sortie.begin_s) & (shots_s < sortie.end_s)]
-    rows = np.round(np.linspace(0, len(shots_s) - 1, count + 1)).astype(int)
-    if len(shots_s) <= 1 or np.diff(rows).min() <= OVERLAP_SHOTS_N:
+    since_s = whole.fit.mission.thinned.t_s - whole.route.span_s("inspection")[0]
+    wanted_s = np.nanquantile(sortie.inspection_s(since_s), np.linspace(0.0, 1.0, count + 1)[1:-1])
+    rows = np.searchsorted(shots_s, wanted_s)
+    if np.diff(rows, prepend=0, append=len(shots_s)).min() <= OVERLAP_SHOTS_N:
         return ()
-    begins_s = [sortie.begin_s, *shots_s[rows[1:-1] - OVERLAP_SHOTS_N]]
-    ends_s = [*shots_s[rows[1:-1]], sortie.end_s]
+    begins_s = [sortie.begin_s, *shots_s[rows - OVERLAP_SHOTS_N]]
+    ends_s = [*shots_s[rows], sortie.end_s]
     return tuple(
         inspection.sortie(float(begin_s), float(end_s))
         for begin_s, end_s in zip(begins_s, ends_s, strict=True)

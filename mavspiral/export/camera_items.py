@@ -23,7 +23,7 @@ MAV_CMD_DO_SET_CAM_TRIGG_DIST = 206
 MAV_CMD_IMAGE_START_CAPTURE = 2000
 MAV_CMD_IMAGE_STOP_CAPTURE = 2001
 
-CHANGE_PICTURES_N = 5.0
+CHANGE_PICTURES_N = 10.0
 """So many pictures must another interval spare: a change costs the board two items."""
 
 
@@ -106,8 +106,9 @@ def _needed(shots: Shots, thinned: Thinned, gaps: FloatArray, run: list[int]) ->
     on = shots.t_s[between] < t_s[1:, None]
     on &= shots.t_s[between + 1] > (t_s[:-1] - early_s)[:, None]
     shortest = gaps.min(initial=np.inf)
-    needed = np.where(on, gaps, np.inf).min(axis=1, initial=np.inf)
-    return np.where(np.isfinite(needed), needed, shortest)
+    needed: FloatArray = np.where(on, gaps, np.inf).min(axis=1, initial=np.inf)
+    needed[~np.isfinite(needed)] = shortest
+    return needed
 
 
 def _cheapest(needed: FloatArray, sides: FloatArray) -> list[tuple[int, int]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,11 @@ __all__ = ["Stage", "Thinned", "Tolerance", "thin"]
 
 GRID_S = 0.1
 SPEED_MIN_MPS = 0.5
+LEAD_S = 0.2
+"""The aims follow the gaze of so much later, because PX4's heading lags. Flown, 95 % of the pictures are within 11.8° of
+their gaze round the kiosk (15.6° without), 10.0° round the torre (13.3°), 11.0° round the asilo (11.2°); with 0.35 s it
+is 10.3° round the kiosk, but 15.7° round the asilo, whose corners come at once."""
+
 SAGITTAS = (2.0, 1.7, 1.4, 1.2, 1.0)
 """How far a chord may be from the curve, in chord errors, before its ends are moved outwards; the last: they are not."""
 
@@ -55,7 +60,7 @@ class Thinned:
         t_s: the path times (n,) of the waypoints.
         position_enu_m: their places (n, 3), beside the curve where it bends.
         stages: for each waypoint, what leads to it; the first one's leads from it.
-        aims: what to look at, from the waypoint of that number on.
+        aims: what to look at, from the waypoint of that number on; `heading_error_rad` is off the gaze `LEAD_S` later.
         cut_m: how deep a corner may be cut.
     """
 
@@ -80,6 +85,7 @@ def thin(trajectory: Trajectory, tolerance: Tolerance, stops_s: tuple[float, ...
     √2 times as long as one between points of the curve.
     """
     states = trajectory.sampled(GRID_S)
+    states = replace(states, yaw_enu_rad=np.interp(states.t_s + LEAD_S, states.t_s, states.yaw_enu_rad))
     corners = np.cumsum([0.0, *(leg.law.duration_s for leg in trajectory.legs)])
     wanted_s = np.concatenate([corners, stops_s])
     stops = np.unique(np.clip(np.round(wanted_s / GRID_S).astype(np.int64), 0, len(states.t_s) - 1))

@@ -16,6 +16,7 @@ from mavspiral.closedloop import Via, simulate
 from mavspiral.flown import Flight, log_along
 from mavspiral.frames import wrap_rad
 from mavspiral.handover import inspection_missions
+from mavspiral.motion.nearest import path_times_s
 
 ROOT = Path(__file__).parents[2]
 MISSIONS = ("kiosk", "asilo", "torre")
@@ -28,6 +29,13 @@ def beside_m(flight: Flight) -> np.ndarray:
     return np.sqrt((away[log.on_leg("inspection")] ** 2).sum(axis=1))
 
 
+def gaze_off_deg(flight: Flight) -> np.ndarray:
+    """At each picture, the angle to the gaze that is planned for the nearest point of the curve."""
+    shots = flight.shots
+    t_s = path_times_s(flight.trajectory, shots.position_enu_m)
+    return np.degrees(np.abs(wrap_rad(shots.yaw_enu_rad - flight.trajectory(t_s).yaw_enu_rad)))
+
+
 def row(name: str, via: Via) -> str:
     inspection = plan(load_mission(ROOT / "missions" / f"{name}.toml"))
     flight = simulate(inspection, via=via)
@@ -35,8 +43,6 @@ def row(name: str, via: Via) -> str:
     away = beside_m(flight)
     rows = np.flatnonzero(flight.log.on_leg("inspection"))
     lasts_s = (flight.log.t_us[rows[-1]] - flight.log.t_us[rows[0]]) / 1e6
-    shots, gaze = flight.shots, inspection.trajectory(flight.shots.t_s).yaw_enu_rad
-    off_deg = np.degrees(np.abs(wrap_rad(shots.yaw_enu_rad - gaze)))
     how = (
         "streamed"
         if via == "stream"
@@ -47,10 +53,10 @@ def row(name: str, via: Via) -> str:
         f"{lasts_s:.0f} s",
         f"{np.quantile(away, 0.95):.2f} m",
         f"{away.max():.2f} m",
-        f"{np.quantile(off_deg, 0.95):.1f}°",
+        f"{np.quantile(gaze_off_deg(flight), 0.95):.1f}°",
         f"{flight.clearance_min_m:.2f} m",
         f"{100 * flight.coverage.walls:.1f} %",
-        f"{len(shots)}",
+        f"{len(flight.shots)}",
     )
     return f"{name:7}{how:17}" + "".join(f"{figure:>12}" for figure in figures)
 

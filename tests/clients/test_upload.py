@@ -65,9 +65,9 @@ def free_port():
         return probe.getsockname()[1]
 
 
-def upload(source, url):
+def upload(source, url, *options):
     answer = subprocess.run(
-        [sys.executable, "-m", "mavspiral.cli", "upload", str(source), "--connect", url, "--json"],
+        [sys.executable, "-m", "mavspiral.cli", "upload", str(source), "--connect", url, "--json", *options],
         capture_output=True,
         text=True,
         cwd=ROOT,
@@ -143,6 +143,14 @@ def test_what_the_vehicle_refuses_is_named_and_exits_1(start_vehicle, tmp_path):
     code, summary = upload(path, f"udpin://127.0.0.1:{vehicle.offboard_port}")
     assert code == 1
     assert "made for ArduPilot, the vehicle is PX4" in summary["differences"][0]
+
+
+def test_signed_it_goes_to_a_vehicle_that_signs(start_vehicle, tmp_path):
+    key = tmp_path / "key"
+    key.write_text(bytes(range(7, 39)).hex())
+    vehicle = start_vehicle("--speedup", "4", "--signing", str(key))
+    code, summary = upload(GOLDEN, f"udpin://127.0.0.1:{vehicle.offboard_port}", "--signing", str(key))
+    assert (code, summary["ok"]) == (0, True), summary
 
 
 def test_nobody_there_exits_3_and_a_bad_file_2(tmp_path):

@@ -194,7 +194,13 @@ def test_a_flight_longer_than_the_battery_is_flown_in_sorties(tmp_path):
     path = changed(tmp_path, "endurance_s = 1500", "endurance_s = 300", mission="torre")
     answer = run("plan", path, "--out", tmp_path / "out", "--json")
     assert answer.returncode == 0, answer.stderr
-    assert json.loads(answer.stdout)["sorties"] >= 3
+    summary = json.loads(answer.stdout)
+    assert summary["sorties"] >= 3
+    plans = [kind for kind in summary["files"] if kind.startswith("plan")]
+    assert 1 <= len(plans) == summary["missions"] < summary["sorties"], (
+        "AUTO is too slow for those at the top"
+    )
+    assert any("endurance_s = 300" in warning and "no .plan" in warning for warning in summary["warnings"])
 
 
 def test_a_battery_that_does_not_last_there_and_back_is_refused(tmp_path):

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from mavspiral.closedloop import simulate
-from mavspiral.errors import InputError
+from mavspiral.errors import LimitError
+from mavspiral.export.corners import CUT_M
+from mavspiral.handover import inspection_missions
 from mavspiral.motion.nearest import path_times_s
 
 
@@ -33,9 +35,6 @@ def test_it_sees_all_of_the_building_and_keeps_the_clearance(flown):
 
 
 def test_it_stays_within_what_the_exporter_states(flown):
-    from mavspiral.export.corners import CUT_M
-    from mavspiral.handover import inspection_missions
-
     stated_m = inspection_missions(flown.inspection).missions[0].thinned.chord_error_m + CUT_M
     assert flown.tracking_m.max() <= stated_m
     assert flown.tracking_p95_m <= 0.5
@@ -47,12 +46,26 @@ def test_same_seed_same_bits(planned, flown):
     assert np.array_equal(again.log.truth_position_enu_m, flown.log.truth_position_enu_m)
 
 
-def test_several_sorties_are_not_one_flight(planned):
-    kiosk = planned("kiosk")
-    vehicle = kiosk.mission.vehicle.model_copy(update={"max_items": 30})
-    small = replace(kiosk, mission=kiosk.mission.model_copy(update={"vehicle": vehicle}))
-    with pytest.raises(InputError, match="sorties, and one flight is simulated"):
-        simulate(small, via="mission")
+def for_vehicle(inspection, **values):
+    vehicle = inspection.mission.vehicle.model_copy(update=values)
+    return replace(inspection, mission=inspection.mission.model_copy(update={"vehicle": vehicle}))
+
+
+def test_several_sorties_are_all_flown_and_show_all_of_it(planned):
+    kiosk = for_vehicle(planned("kiosk"), endurance_s=130.0)
+    flight = simulate(kiosk, seed=3, via="mission")
+    landed = [event for event in flight.log.events if event.text == "flown, landed, disarmed"]
+    assert len(landed) == len(inspection_missions(kiosk).missions) >= 2
+    assert flight.outcome.ok
+    assert flight.coverage.walls >= 0.99
+    assert flight.clearance_min_m >= kiosk.clearance_required_m
+    assert flight.tracking_p95_m <= 0.5
+    assert flight.summary()["setpoints"] == {"sent": 0, "rate_hz": 0.0}
+
+
+def test_a_stretch_without_a_mission_is_not_flown_without_a_word(planned):
+    with pytest.raises(LimitError, match=r"kiosk: no \.plan .* endurance_s = 60"):
+        simulate(for_vehicle(planned("kiosk"), endurance_s=60.0), via="mission")
 
 
 def test_path_times_of_who_flies_the_curve_slower_and_beside_it(planned):
