@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,7 @@ __all__ = [
     "limits_of",
     "map_request",
     "pace_of",
+    "sharpness_of",
     "with_keepouts",
 ]
 
@@ -121,11 +123,20 @@ def limits_of(mission: Mission) -> Limits:
     )
 
 
+def sharpness_of(mission: Mission, camera: Camera) -> Callable[[float], float]:
+    """How fast a wall may pass through the picture, by its distance: for sharp pictures and for the shutter."""
+
+    def sharp_mps(standoff_m: float) -> float:
+        return camera.speed_limit_mps(
+            standoff_m, mission.inspection.side_overlap, mission.quality.blur_max_px
+        )
+
+    return sharp_mps
+
+
 def pace_of(mission: Mission, camera: Camera, limits: Limits) -> Limits:
     """The limits on the spiral: no faster than sharp pictures and the shutter allow."""
-    sharp_mps = camera.speed_limit_mps(
-        mission.inspection.standoff_m, mission.inspection.side_overlap, mission.quality.blur_max_px
-    )
+    sharp_mps = sharpness_of(mission, camera)(mission.inspection.standoff_m)
     return limits if sharp_mps >= limits.speed_mps else replace(limits, speed_mps=sharp_mps)
 
 

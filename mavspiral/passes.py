@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,12 +13,13 @@ import numpy as np
 from mavspiral.curve import Path
 from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
+from mavspiral.motion.sight import Sight
 from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import LEVEL, Leg, Trajectory
 from mavspiral.motion.turn import Gaze
 from mavspiral.transit import Look, Ways
 
-__all__ = ["Kind", "Pass", "Piece", "flown_in_order", "tour_of"]
+__all__ = ["Kind", "Pass", "Piece", "flown_in_order", "retimed", "tour_of"]
 
 Kind = Literal["spiral", "courtyard", "facade", "roof"]
 LENGTH_SAMPLES = 20_000
@@ -55,6 +57,7 @@ class Pass:
     rings: int
     harmonics: int
     standoff_m: float
+    pace: Limits
     leg: Leg
 
     @property
@@ -79,46 +82,48 @@ class Pass:
         return float(np.sqrt((np.diff(self.path(u), axis=0) ** 2).sum(axis=1)).sum())
 
 
-def flown_in_order(pieces: Sequence[Piece]) -> tuple[Pass, ...]:
-    """The pieces with their time laws. The leg of a lone one is called "inspection", else "inspection-NAME"."""
+def flown_in_order(
+    pieces: Sequence[Piece], sharp_mps: Callable[[float], float] = lambda standoff_m: math.inf
+) -> tuple[Pass, ...]:
+    """The pieces with their time laws. The leg of a lone one is called "inspection", else "inspection-NAME".
+
+    `sharp_mps` tells how fast what is so far away may pass through the picture.
+    """
     lone = len(pieces) == 1
-    return tuple(
-        Pass(
-            piece.name,
-            piece.kind,
-            piece.rings,
-            piece.harmonics,
-            piece.standoff_m,
-            Leg(
-                "inspection" if lone else f"inspection-{piece.name.replace(' ', '-')}",
-                piece.path,
-                piece.gaze,
-                _law(piece),
-                piece.gimbal_pitch,
-            ),
+    passes = []
+    for piece in pieces:
+        name = "inspection" if lone else f"inspection-{piece.name.replace(' ', '-')}"
+        fast_mps = sharp_mps(piece.standoff_m)
+        sight = Sight(piece.standoff_m, fast_mps) if math.isfinite(fast_mps) else None
+        law = _law(piece.kind, piece.path, piece.gaze, piece.gimbal_pitch, sight, piece.pace)
+        leg = Leg(name, piece.path, piece.gaze, law, piece.gimbal_pitch, sight)
+        passes.append(
+            Pass(piece.name, piece.kind, piece.rings, piece.harmonics, piece.standoff_m, piece.pace, leg)
         )
-        for piece in pieces
-    )
+    return tuple(passes)
 
 
-def _law(piece: Piece) -> TimeLaw:
-    """The piece's time law. A façade's third derivative has a point at every place: it is looked at between them.
+def retimed(leg: Leg, whole: Pass) -> TimeLaw:
+    """The law of a part of a pass's leg, from rest to rest."""
+    return _law(whole.kind, leg.path, leg.gaze, leg.gimbal_pitch, leg.sight, whole.pace)
+
+
+def _law(kind: Kind, path: Path, gaze: Gaze, pitch: Gaze, sight: Sight | None, pace: Limits) -> TimeLaw:
+    """The time law of a pass. A façade's third derivative has a point at every place: it is looked at between them.
 
     Above a roof, whose heights bend within a few metres, what a law overlooks between its rows is added.
     """
-    law = fastest_law(piece.path, piece.gaze, piece.pace)
-    if piece.kind == "roof":
+    law = fastest_law(path, gaze, pace, sight=sight, pitch=pitch)
+    if kind == "roof":
         return law.stretched(ROOF_SLACK)
-    if piece.kind != "facade":
+    if kind != "facade":
         return law
-    t_s = np.arange(0.0, law.duration_s, FINE_S)
-    leg = Leg(piece.name, piece.path, piece.gaze, law)
-    states = Trajectory((leg,))(t_s)
+    states = Trajectory((Leg(kind, path, gaze, law),))(np.arange(0.0, law.duration_s, FINE_S))
     norms = [
         float(np.sqrt((vectors**2).sum(axis=1).max()))
         for vectors in (states.velocity_enu_mps, states.acceleration_enu_mps2, states.jerk_enu_mps3)
     ]
-    limits = (piece.pace.speed_mps, piece.pace.acceleration_mps2, piece.pace.jerk_mps3)
+    limits = (pace.speed_mps, pace.acceleration_mps2, pace.jerk_mps3)
     slower = max(
         (norm / limit) ** (1.0 / order)
         for order, (norm, limit) in enumerate(zip(norms, limits, strict=True), 1)

@@ -22,19 +22,18 @@ from mavspiral.brief import (
     limits_of,
     map_request,
     pace_of,
+    sharpness_of,
     with_keepouts,
 )
-from mavspiral.curve import Path
 from mavspiral.errors import LimitError
 from mavspiral.flight.shutter import ShotOrders
 from mavspiral.mission import Mission
 from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.timing import fastest_law
-from mavspiral.motion.trajectory import Leg, Trajectory, TrajectoryState
-from mavspiral.motion.turn import Gaze
+from mavspiral.motion.trajectory import Leg, Trajectory, TrajectoryState, during
 from mavspiral.obstacle import nearest_obstacle
-from mavspiral.passes import Pass, flown_in_order, tour_of
+from mavspiral.passes import Pass, flown_in_order, retimed, tour_of
 from mavspiral.pieces import pieces_of
 from mavspiral.route import route_of, ways_of
 from mavspiral.shape.heightmap import Site
@@ -43,6 +42,7 @@ from mavspiral.sorties import Sortie, digest_of, plan_sorties, shots_on, stretch
 from mavspiral.survey.certificate import (
     STRAIGHT_ON,
     Certificate,
+    blur_figure,
     ceiling_figure,
     clearance_figures,
     motion_figures,
@@ -156,10 +156,12 @@ class Inspection:
         ).gimbal_pitch_rad
         return pitch_rad
 
-    def _retimed(self, path: Path, gaze: Gaze) -> TimeLaw:
+    def _retimed(self, leg: Leg) -> TimeLaw:
         """The law of a cut leg."""
-        limits = pace_of(self.mission, camera_of(self.mission), limits_of(self.mission))
-        return fastest_law(path, gaze, limits)
+        for whole in self.passes:
+            if whole.leg.name == leg.name:
+                return retimed(leg, whole)
+        return fastest_law(leg.path, leg.gaze, limits_of(self.mission))
 
     def flown_by(self, autopilot: Literal["px4", "ardupilot"]) -> Inspection:
         """The same inspection for a vehicle of that autopilot."""
@@ -225,6 +227,7 @@ class Inspection:
             "acceleration_max_mps2": round(figures["acceleration"].worst, 4),
             "jerk_max_mps3": round(figures["jerk"].worst, 4),
             "yaw_rate_max_dps": round(math.degrees(figures["yaw rate"].worst), 4),
+            "blur_max_px": round(figures["blur"].worst, 3),
             "clearance_min_m": round(figures["clearance"].worst, 3),
             "clearance_required_m": round(self.clearance_required_m, 3),
             "clearance_budget": budget_of(self.mission).summary(self.mission.limits.clearance_m),
@@ -257,7 +260,7 @@ def plan(mission: Mission) -> Inspection:
     found = pieces_of(mission, site, camera, pace, home, required_m, ways.solids)
     watch.lap("curve")
 
-    passes = flown_in_order(found.pieces)
+    passes = flown_in_order(found.pieces, sharpness_of(mission, camera))
     watch.lap("timing")
 
     tour = tour_of(passes, ways)
@@ -274,7 +277,7 @@ def plan(mission: Mission) -> Inspection:
         )
         states = trajectory.sampled(GRID_S)
         clearance = measuring.result()
-    certificate = _certificate(mission, states, clearance, limits, required_m)
+    certificate = _certificate(mission, trajectory, states, clearance, limits, required_m)
     watch.lap("certificate")
     if not certificate.ok:
         raise LimitError(
@@ -318,11 +321,23 @@ def plan(mission: Mission) -> Inspection:
 
 
 def _certificate(
-    mission: Mission, states: TrajectoryState, clearance: Clearance, limits: Limits, required_m: float
+    mission: Mission,
+    trajectory: Trajectory,
+    states: TrajectoryState,
+    clearance: Clearance,
+    limits: Limits,
+    required_m: float,
 ) -> Certificate:
+    camera, allowed_px = camera_of(mission), mission.quality.blur_max_px
+    blurs = [
+        blur_figure(leg.sight, during(states, trajectory.span_s(leg.name)), camera, allowed_px)
+        for leg in trajectory.legs
+        if leg.sight is not None
+    ]
     return Certificate(
         (
             *motion_figures(states, limits),
+            max(blurs, key=lambda figure: figure.worst),
             *clearance_figures(clearance, required_m=required_m, vehicle_radius_m=mission.vehicle.radius_m),
             ceiling_figure(states, mission.limits.ceiling_m),
         )

@@ -38,8 +38,8 @@ Two shots tie the pictures of both: at a side overlap of 0.6 pictures two apart 
 what a killed process may not have written down.
 """
 
-Retime = Callable[[Path, Gaze], TimeLaw]
-"""The law from rest to rest on a curve."""
+Retime = Callable[[Leg], TimeLaw]
+"""The law from rest to rest of a cut leg, whose own law is still that of the whole."""
 
 _MOMENT_S = 0.05
 _CUTS_N = 64
@@ -245,10 +245,11 @@ def _piece(leg: Leg, first_s: float, last_s: float, start_s: float, retime: Reti
     u_begin_rad, u_end_rad = leg.law([first_s, last_s])
     path = _PathPiece(leg.path, float(u_begin_rad), float(u_end_rad - u_begin_rad))
     gaze = _GazePiece(leg.gaze, float(u_begin_rad))
-    law = retime(path, gaze)
-    planned_s = np.interp(u_begin_rad + law.phase_rad, leg.law.phase_rad, _knots_s(leg.law))
     pitch = _GazePiece(leg.gimbal_pitch, float(u_begin_rad))
-    return replace(leg, path=path, gaze=gaze, law=law, gimbal_pitch=pitch), start_s + planned_s
+    cut = replace(leg, path=path, gaze=gaze, gimbal_pitch=pitch)
+    law = retime(cut)
+    planned_s = np.interp(u_begin_rad + law.phase_rad, leg.law.phase_rad, _knots_s(leg.law))
+    return replace(cut, law=law), start_s + planned_s
 
 
 def _knots_s(law: TimeLaw) -> FloatArray:

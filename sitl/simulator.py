@@ -95,6 +95,7 @@ class Simulator:
         dice = np.random.SeedSequence([config.vehicle.seed, _LINK_DICE]).spawn(2 * len(self._links))
         self._uplinks = tuple(map(Channel, dice[::2]))
         self._downlinks = tuple(map(Channel, dice[1::2]))
+        self._impaired = False  # since some link fault first struck: until then nothing is ever under way
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Live until `now_us` in whole frames, then take what came in on the first link."""
@@ -114,16 +115,18 @@ class Simulator:
                 out += link.send(craft)
             if craft.commander.has_news:
                 self._tell(outs)
-        ill = [fault for fault in craft.vehicle.faults if isinstance(fault, LinkFault)]
-        ill = [fault for fault in ill if fault.active(craft.time_us)]
-        received = _carried(self._uplinks, craft.time_us, received, ill)
+        ill = [f for f in craft.vehicle.faults if isinstance(f, LinkFault) and f.active(craft.time_us)]
+        self._impaired |= bool(ill)
+        if self._impaired:
+            received = _carried(self._uplinks, craft.time_us, received, ill)
         for link, data, out in zip(links, received, outs, strict=True):
             if data:
                 out += link.receive(data, craft)
         self._forward(outs)
         if craft.commander.has_news:
             self._tell(outs)
-        return _carried(self._downlinks, craft.time_us, outs, ill)
+        sent = tuple(map(bytes, outs))
+        return _carried(self._downlinks, craft.time_us, sent, ill) if self._impaired else sent
 
     def inject(self, fault: Fault) -> None:
         """Have that go wrong too, from its start or, if that has passed, from now."""
@@ -185,6 +188,7 @@ class Simulator:
             link.restore(link_state)  # type: ignore[arg-type]  # a twin by config gave it
         for channel, channel_state in zip((*self._uplinks, *self._downlinks), state.channels, strict=True):
             channel.restore(channel_state)
+        self._impaired = True  # something may be
 
     def _forward(self, outs: list[bytearray]) -> None:
         """Pass heartbeats on from the ground station's link, as PX4's start script has it."""
@@ -207,10 +211,10 @@ class Simulator:
 
 
 def _carried(
-    channels: tuple[Channel, ...], now_us: int, data: Sequence[bytes | bytearray], ill: Sequence[LinkFault]
+    channels: tuple[Channel, ...], now_us: int, data: Sequence[bytes], ill: Sequence[LinkFault]
 ) -> tuple[bytes, ...]:
     ways = zip(channels, data, strict=False)  # there may be more channels than links that are used
-    return tuple(channel.carry(now_us, bytes(chunk), ill) for channel, chunk in ways)
+    return tuple(channel.carry(now_us, chunk, ill) for channel, chunk in ways)
 
 
 def _links(config: SimulatorConfig, signer: Signer | None) -> tuple[Px4Link | ArduPilotLink, ...]:

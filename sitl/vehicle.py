@@ -227,11 +227,7 @@ class Vehicle:
     def knows_position(self) -> bool:
         """Whether position rests on fixes, or on fresh dead reckoning within COM_POS_FS_EPH (PX4's eph)."""
         ekf = self._ekf
-        if not ekf.fixes_fresh(self._frame):
-            return False
-        P, wander = ekf.filter.P, ekf.wander_variance_m2
-        eph_m2 = P[0, 0] + P[1, 1] + wander[0] + wander[1]
-        return bool(eph_m2 <= self._params["COM_POS_FS_EPH"] ** 2)
+        return ekf.fixes_fresh(self._frame) and ekf.eph_m2 <= self._params["COM_POS_FS_EPH"] ** 2
 
     @property
     def charge_left(self) -> float:

@@ -13,9 +13,10 @@ from mavspiral.curve import Path
 from mavspiral.frames import wrap_rad
 from mavspiral.motion import kernels
 from mavspiral.motion.law import TimeLaw
+from mavspiral.motion.sight import Sight
 from mavspiral.motion.turn import Gaze, TurnGaze
 
-__all__ = ["LEVEL", "Leg", "Trajectory", "TrajectoryState", "belongs"]
+__all__ = ["LEVEL", "Leg", "Trajectory", "TrajectoryState", "belongs", "during"]
 
 JOIN_TOLERANCE_M = 1e-6
 JOIN_TOLERANCE_RAD = 1e-6
@@ -24,13 +25,17 @@ LEVEL = TurnGaze(0.0, 0.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Leg:
-    """One curve, flown from rest to rest. `gimbal_pitch` is the camera's, up is positive, as the gaze is the nose's."""
+    """One curve, flown from rest to rest. `gimbal_pitch` is the camera's, up is positive, as the gaze is the nose's.
+
+    `sight` is what pictures are taken of; None on the way.
+    """
 
     name: str
     path: Path
     gaze: Gaze
     law: TimeLaw
     gimbal_pitch: Gaze = LEVEL
+    sight: Sight | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,6 +148,12 @@ class Trajectory:
         """The motion every `dt_s` from 0 on, and in the last row at the very end."""
         steps = int(np.floor(self.duration_s / dt_s * (1 - 1e-12)))
         return self(np.append(np.arange(steps + 1) * dt_s, self.duration_s))
+
+
+def during(states: TrajectoryState, span_s: tuple[float, float]) -> TrajectoryState:
+    """Those of the states, at times in a row, that lie in the span."""
+    begin, end = np.searchsorted(states.t_s, [span_s[0] - 1e-9, span_s[1] + 1e-9])
+    return TrajectoryState(**{each.name: getattr(states, each.name)[begin:end] for each in fields(states)})
 
 
 def belongs(leg: str, name: str) -> bool:

@@ -25,6 +25,7 @@ def plan_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("acceleration, at most", f"{s['acceleration_max_mps2']:.2f} m/s²", ""),
         ("jerk, at most", f"{s['jerk_max_mps3']:.2f} m/s³", ""),
         ("yaw rate, at most", f"{s['yaw_rate_max_dps']:.1f} °/s", ""),
+        ("blur, at most", f"{s['blur_max_px']:.2f} px", ""),
         ("clearance, at least", f"{s['clearance_min_m']:.2f} m", f"≥ {s['clearance_required_m']:.2f} m"),
         _budget(s["clearance_budget"]),
         ("photos", f"{s['photos']}", ""),

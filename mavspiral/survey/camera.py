@@ -47,9 +47,10 @@ class Camera:
 
     def speed_limit_mps(self, standoff_m: float, side_overlap: float, blur_max_px: float) -> float:
         """The fastest pass at which no shot smears by more than `blur_max_px` and the shutter keeps up."""
-        sharp_mps = (
-            blur_max_px
-            * min(m / px for m, px in zip(self.footprint_m(standoff_m), self.image_px, strict=True))
-            / self.exposure_s
-        )
+        sharp_mps = blur_max_px / self.blur_px(standoff_m, 1.0)
         return min(sharp_mps, self.shot_spacing_m(standoff_m, side_overlap) / self.min_interval_s)
+
+    def blur_px(self, distance_m: float, speed_mps: float) -> float:
+        """By how many pixels, of the finer axis, a wall so far away smears that passes at that speed."""
+        pixel_m = min(m / px for m, px in zip(self.footprint_m(distance_m), self.image_px, strict=True))
+        return speed_mps * self.exposure_s / pixel_m

@@ -8,13 +8,16 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.motion.limits import Limits
+from mavspiral.motion.sight import Sight
 from mavspiral.motion.trajectory import TrajectoryState
+from mavspiral.survey.camera import Camera
 from mavspiral.survey.clearance import Clearance
 
 __all__ = [
     "STRAIGHT_ON",
     "Certificate",
     "LimitFigure",
+    "blur_figure",
     "ceiling_figure",
     "clearance_figures",
     "motion_figures",
@@ -124,6 +127,15 @@ def clearance_figures(
         _figure(name, "m", values, allowed, clearance.t_s, clearance.position_enu_m, at_least=True)
         for name, values, allowed in measured
     )
+
+
+def blur_figure(sight: Sight, states: TrajectoryState, camera: Camera, allowed_px: float) -> LimitFigure:
+    """By how much a picture smears, at its middle and at the distance that the leg keeps, at the worst moment."""
+    pitch = np.stack([states.gimbal_pitch_rad, np.gradient(states.gimbal_pitch_rad, states.t_s)])
+    yaw = np.stack([states.yaw_enu_rad, states.yaw_rate_enu_radps])
+    passing_mps = sight.passing(states.velocity_enu_mps, yaw, pitch)
+    smeared_px = passing_mps * camera.blur_px(sight.distance_m, 1.0)
+    return _figure("blur", "px", smeared_px, allowed_px, states.t_s, states.position_enu_m)
 
 
 def ceiling_figure(state: TrajectoryState, ceiling_m: float) -> LimitFigure:

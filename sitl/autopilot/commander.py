@@ -143,9 +143,8 @@ class Commander:
 
     def command(self, condition: Condition) -> Demand:
         """What the cascade shall do until the next frame."""
-        state = self._state
-        dt_s = 1e-6 * (condition.time_us - state.time_us)
-        state.time_us = condition.time_us
+        state, now_us = self._state, condition.time_us
+        dt_s, state.time_us = 1e-6 * (now_us - state.time_us), now_us
         if state.home is None:
             state.home = home_of(condition) if is_ready(condition) else None
         if state.payload.is_waiting:
@@ -154,7 +153,7 @@ class Commander:
             self._watch_ground(condition)
         if not state.armed:
             return _DISARMED
-        if condition.time_us % _LOOK_US == 0:
+        if now_us % _LOOK_US == 0:
             self._remark(condition, watch_charge(state, condition, self.parameters))
         streamed = state.mode is not Mode.OFFBOARD or self._streamed(condition)
         self._remark(condition, change_conduct(state, condition, self.parameters, streamed=streamed))

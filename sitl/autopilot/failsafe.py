@@ -64,6 +64,8 @@ def _gravest(
     sinking = state.failsafe is Mode.LAND
     if (sinking or not condition.on_ground) and not condition.knows_position:
         return Mode.LAND, "Failsafe activated: Autopilot disengaged, switching to Descend"
+    if streamed and state.for_charge is None:
+        return None, ""
     wanted: list[tuple[Mode, str]] = []
     if state.mode is Mode.OFFBOARD and not streamed:
         wanted.append((mode_after_loss(parameters), "Failsafe activated"))

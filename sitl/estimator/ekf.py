@@ -93,7 +93,7 @@ class Ekf:
         self._place_R, self._speed_R = np.diag(self._fix_sigma[:3] ** 2), np.diag(self._fix_sigma[3:] ** 2)
         self._baro_R = np.array([[s.baro_noise_m**2 + s.baro_drift_m**2]])
         self._mag_R = np.eye(3) * s.mag_noise_gauss**2
-        self._b = self.book[0]
+        self._b, self._fix_frame = self.book[0], self.book["fix_frame"]
         n = nav[0]
         self._fix, self._baro, self._mag, self._imu = n["fix"], n["baro_alt_m"], n["mag"], n["imu"]
         self._pose, self._q = n["pose"], n["q_ned_frd"]
@@ -197,7 +197,14 @@ class Ekf:
 
     def fixes_fresh(self, frame: int) -> bool:
         """Whether position and velocity rest on fixes, or are dead-reckoned for no longer than PX4 does."""
-        return self.running and frame - int(self._b["fix_frame"]) <= _DEAD_RECKONING_FRAMES
+        return self.running and frame - self._fix_frame.item() <= _DEAD_RECKONING_FRAMES
+
+    @property
+    def eph_m2(self) -> float:
+        """The variance of the horizontal position, both axes together: PX4's eph, squared."""
+        P, wander_m2 = self.filter.P, self.wander_variance_m2
+        north_m2, east_m2 = P.item(0) + wander_m2.item(0), P.item(STATES + 1) + wander_m2.item(1)
+        return float(north_m2 + east_m2)
 
     def arrays(self) -> tuple[np.ndarray, ...]:
         """All that changes, for a snapshot; `nav` is shared and not among it."""

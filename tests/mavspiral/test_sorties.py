@@ -21,7 +21,7 @@ def kiosk(planned):
 @pytest.fixture(scope="module")
 def retime(kiosk):
     limits = pace_of(kiosk.mission, camera_of(kiosk.mission), limits_of(kiosk.mission))
-    return lambda path, gaze: fastest_law(path, gaze, limits)
+    return lambda leg: fastest_law(leg.path, leg.gaze, limits, sight=leg.sight)
 
 
 @pytest.fixture(scope="module")
