@@ -10,7 +10,7 @@ from mavspiral.errors import InputError
 from mavspiral.export.check.findings import Findings
 from mavspiral.export.check.loading import PlanParts, judge_loading
 from mavspiral.export.check.simple_item import PlanItem
-from mavspiral.flight.messages import MissionItem, MissionKind
+from mavspiral.flight.mission_messages import MissionItem, MissionKind
 from mavspiral.flight.outcome import Outcome
 from mavspiral.flight.plan_upload import MissionLists
 from mavspiral.flight.realtime import drive, open_transport, signer_now

@@ -13,8 +13,8 @@ from enum import Enum
 
 from mavspiral.errors import LimitError, LinkError
 from mavspiral.flight.link import Link
-from mavspiral.flight.messages import (
-    Message,
+from mavspiral.flight.messages import Message
+from mavspiral.flight.mission_messages import (
     MissionAck,
     MissionCount,
     MissionItem,

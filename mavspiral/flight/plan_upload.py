@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from mavspiral.flight.link import Link
-from mavspiral.flight.messages import Message, MissionItem, MissionKind
+from mavspiral.flight.messages import Message
+from mavspiral.flight.mission_messages import MissionItem, MissionKind
 from mavspiral.flight.mission_protocol import MissionTransfer, differences
 
 __all__ = ["MissionLists", "PlanUpload"]

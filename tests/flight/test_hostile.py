@@ -63,5 +63,5 @@ def test_no_bytes_break_the_link_and_little_is_kept(chunks):
     link.vehicle = 1, 1
     for chunk in chunks:
         assert link.receive(chunk) == []
-    assert len(link._rest) < 300
+    assert len(link._decoder._rest) < 300
     assert link.receive(bytes(300)) == []

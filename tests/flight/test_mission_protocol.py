@@ -8,7 +8,8 @@ import pytest
 
 from mavspiral.errors import LimitError, LinkError
 from mavspiral.flight.link import Link
-from mavspiral.flight.messages import Heartbeat, MissionItem, MissionKind
+from mavspiral.flight.messages import Heartbeat
+from mavspiral.flight.mission_messages import MissionItem, MissionKind
 from mavspiral.flight.mission_protocol import MissionTransfer, differences
 from sitl.airframe import load_airframe
 from sitl.params import Params

@@ -9,6 +9,7 @@ from mavspiral.errors import InputError
 from mavspiral.flight.link import Link
 from mavspiral.flight.messages import Command, Target
 from mavspiral.flight.signing import Signer, read_key
+from mavspiral.flight.upload import Upload
 
 KEY = bytes(range(1, 33))
 NOW = 37_000_000_000_000
@@ -80,3 +81,12 @@ def test_a_key_file_that_is_none_is_named_with_a_fix(tmp_path):
         read_key(path)
     path.write_text(KEY.hex() + "\n")
     assert read_key(path) == KEY
+
+
+def test_nothing_is_uploaded_to_who_has_another_key():
+    upload, stranger = Upload({}, None, signer=Signer(KEY, NOW)), pymavlink(key=bytes(32))
+    for second in range(12):
+        upload.step(second * 1_000_000, beat(stranger))
+    assert upload.outcome is not None
+    assert upload.outcome.exit_code == 3
+    assert "no vehicle within 10 s that signs with our key: 12 frames refused" in upload.outcome.reason
