@@ -47,9 +47,10 @@ def safe_area(
     """
     inside = fence_enu_m(np.vstack([position_enu_m, home_enu_m]), margin_m)
     outside, omitted_n = exclusion_fences_enu_m(position_enu_m, heights, home_enu_m, inside, margin_m)
+    which = "the building" if omitted_n == 1 else f"{omitted_n} obstacles, the building among them"
     words = (
-        f"no exclusion fence round {omitted_n} obstacles, the building among them: the flight or its Return comes over them "
-        "or near, and a fence has no height"
+        f"no exclusion fence round {which}: the flight or its Return comes over or near, "
+        "and a fence has no height"
     )
     return SafeArea(inside, outside, np.array([*home_enu_m[:2], return_m]), words if omitted_n else None)
 

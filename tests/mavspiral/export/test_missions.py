@@ -138,7 +138,7 @@ def test_a_small_board_gets_a_coarser_mission_and_is_told_the_cost(planned):
     assert len(coarse.missions[0].items) <= tight
     assert coarse.missions[0].thinned.chord_error_m > whole.missions[0].thinned.chord_error_m
     (fence,) = mission_warnings(whole, 500)
-    assert "no exclusion fence round 1 obstacles" in fence
+    assert "no exclusion fence round the building" in fence
     warning, again = mission_warnings(coarse, tight)
     assert again == fence
     assert f"max_items = {tight}" in warning
