@@ -118,7 +118,7 @@ def _law(kind: Kind, path: Path, gaze: Gaze, pitch: Gaze, sight: Sight | None, p
         return law.stretched(ROOF_SLACK)
     if kind != "facade":
         return law
-    states = Trajectory((Leg(kind, path, gaze, law),))(np.arange(0.0, law.duration_s, FINE_S))
+    states = Trajectory((Leg(kind, path, gaze, law, pitch),))(np.arange(0.0, law.duration_s, FINE_S))
     norms = [
         float(np.sqrt((vectors**2).sum(axis=1).max()))
         for vectors in (states.velocity_enu_mps, states.acceleration_enu_mps2, states.jerk_enu_mps3)
@@ -128,6 +128,11 @@ def _law(kind: Kind, path: Path, gaze: Gaze, pitch: Gaze, sight: Sight | None, p
         (norm / limit) ** (1.0 / order)
         for order, (norm, limit) in enumerate(zip(norms, limits, strict=True), 1)
     )
+    if sight is not None:
+        yaw = np.stack([states.yaw_enu_rad, states.yaw_rate_enu_radps])
+        tilt = np.stack([states.gimbal_pitch_rad, np.gradient(states.gimbal_pitch_rad, FINE_S)])
+        passing_mps = sight.passing(states.velocity_enu_mps, yaw, tilt)
+        slower = max(slower, float(passing_mps.max()) / sight.speed_mps)
     return law.stretched(max(1.0, slower * POINTED))
 
 

@@ -198,9 +198,10 @@ class Px4Link:
         return message.target_system == self._codec.system and message.target_component in (_OURS, _ANY)
 
     def _addresses_camera(self, message: Message | None) -> bool:
-        """Whether it is for the camera, which has an address of its own and answers for itself."""
+        """Whether it is for a shutter at the camera's address, which we answer for where no whole camera is on board."""
         return (
-            isinstance(message, _COMMAND_LONG)
+            self._camera is None
+            and isinstance(message, _COMMAND_LONG)
             and message.command in _CAMERA_COMMANDS
             and (message.target_system, message.target_component) == (self._codec.system, _CAMERA)
         )

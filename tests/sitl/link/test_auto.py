@@ -393,39 +393,3 @@ def test_a_restored_mission_flies_on_to_the_same_bits(new_client, loaded):
     twin.simulator.restore(kept)
     sent = [c.simulator.exchange(kept_us, (b"",))[0] for c in (client, twin) for kept_us in (60_000_000,)]
     assert sent[0] == sent[1]
-
-
-def test_the_kiosks_exported_plan_is_flown_in_auto_with_its_clearance(new_client, pick):
-    """The items of the `.plan`, uploaded and flown by the vehicle alone; judged by truth."""
-    from mavspiral.export.items import mission_items
-    from mavspiral.mission import load_mission
-    from mavspiral.planner import plan
-    from mavspiral.survey.solids import Solids
-
-    mission = load_mission("missions/kiosk.toml")
-    inspection = plan(mission)
-    heights = inspection.site.heights
-    ours = mission_items(
-        inspection.trajectory,
-        heights.frame,
-        inspection.home_enu_m,
-        autopilot="px4",
-        items_max=mission.vehicle.max_items,
-    )
-    home = heights.frame.geo_point(inspection.home_enu_m)
-    client = new_client(home=GeoPoint(home.lat_deg, home.lon_deg, home.alt_amsl_m))
-    client.until(lambda: client.flight.ready, 10.0)
-    client.quiet()
-    assert client.upload([(item.command, item.params, item.frame) for item in ours.items]) == 0
-    start(client)
-    rows = fly(client, lambda: not client.flight.armed, 300.0)
-    assert reached(client, pick) == list(range(len(ours.items)))
-
-    position_enu_m = heights.frame.to_vehicle(home).position_enu_m(rows[:, 1:4])
-    solids = Solids.of(heights.height_agl_m, heights.cell_m, heights.origin_enu_m)
-    assert solids.distance_m(position_enu_m).min() >= mission.limits.clearance_m
-    begin_s, end_s = inspection.trajectory.span_s("inspection")
-    curve = inspection.trajectory(np.linspace(begin_s, end_s, 2000)).position_enu_m
-    inside = position_enu_m[(rows[:, 6] > 6) & (rows[:, 6] < len(ours.items) - 6)]
-    off_m = [float(np.sqrt(((curve - p) ** 2).sum(axis=1)).min()) for p in inside]
-    assert np.quantile(off_m, 0.95) < 0.4
