@@ -117,7 +117,9 @@ def test_a_leg_that_was_cut_beside_its_rest_still_has_a_law(length, limits):
     law = fastest_law(path, AHEAD, limits)
     assert law(law.duration_s) == pytest.approx(path.u_end_rad, rel=1e-9)
     assert worst_ratio(path, AHEAD, law, limits, 0.001) <= 1.0
-    assert law.duration_s < s_curve_s(length, limits.speed_mps, limits.acceleration_mps2, limits.jerk_mps3) + 0.3
+    assert (
+        law.duration_s < s_curve_s(length, limits.speed_mps, limits.acceleration_mps2, limits.jerk_mps3) + 0.3
+    )
 
 
 def test_a_vertical_line_knows_up_from_down(limits):
