@@ -113,7 +113,7 @@ def level_hills(speed: FloatArray, distance: FloatArray, window: float) -> Float
         level = v[i]
         while left > 0 and right < n - 1 and distance[right] - distance[left] < level * window:
             step = max(v[left - 1], v[right + 1])
-            if step > level * level_ground:  # a valley: beyond it rises a higher hill
+            if step == 0.0 or step > level * level_ground:  # rest, or a valley: beyond it rises a higher hill
                 break
             if v[left - 1] >= v[right + 1]:
                 left -= 1

@@ -138,7 +138,7 @@ def _laws(table: FloatArray, du: float, limits: Limits, blur: FloatArray) -> Ite
         rates = kernels.fastest_rates(table, du, caps, bounds, slowness)
         rates = kernels.level_hills(rates * pace_m, distance_m, window_s) / pace_m
         times_s = kernels.time_grid(rates, du)
-        steps = max(1, math.floor(times_s[-1] / window_s * width))
+        steps = max(2, math.floor(times_s[-1] / window_s * width))
         step_s = float(times_s[-1]) / steps
         u, u1, u2 = kernels.knots(rates, times_s, steps, width, du * (len(table) - 1))
         ratios = _demand(table, du, bounds, blur, step_s, u, u1, u2)

@@ -220,6 +220,14 @@ def test_a_house_that_nobody_can_fly_along_is_refused_with_the_place_and_what_wo
         between_neighbours(tmp_path, 4.0, 4.0, 4.0, inspection="top_m = 6")
 
 
+@pytest.mark.parametrize("gap_m", [None, 30.0])
+def test_a_band_so_high_that_no_turn_is_left_is_refused_with_the_height_that_would_do(gap_m, tmp_path):
+    with pytest.raises(
+        LimitError, match=r"lowest turn at 21\.9 m .*too high above .*ends at 15 m.*bottom_m = 15 or"
+    ):
+        between_neighbours(tmp_path, gap_m, gap_m, inspection="bottom_m = 21.9\ntop_m = 21.95")
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_between_neighbours_at_random_nothing_comes_too_near(seed, tmp_path):
     rng = np.random.default_rng(seed)

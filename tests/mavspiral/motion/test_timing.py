@@ -111,6 +111,17 @@ def test_a_straight_line_takes_the_optimal_s_curve(length, limits):
     np.testing.assert_allclose(law(t) + law(law.duration_s - t), 1.0, atol=2e-3)  # there as back
 
 
+@pytest.mark.parametrize("length", [1e-9, 1e-7, 1e-5, 1e-3])
+def test_a_leg_that_was_cut_beside_its_rest_still_has_a_law(length, limits):
+    path = LinePath([0, 0, 0], [length, 0, 0])
+    law = fastest_law(path, AHEAD, limits)
+    assert law(law.duration_s) == pytest.approx(path.u_end_rad, rel=1e-9)
+    assert worst_ratio(path, AHEAD, law, limits, 0.001) <= 1.0
+    assert (
+        law.duration_s < s_curve_s(length, limits.speed_mps, limits.acceleration_mps2, limits.jerk_mps3) + 0.3
+    )
+
+
 def test_a_vertical_line_knows_up_from_down(limits):
     up, down = LinePath([0, 0, 0], [0, 0, 60]), LinePath([0, 0, 60], [0, 0, 0])
     for path, speed in ((up, limits.climb_mps), (down, limits.descent_mps)):
