@@ -65,7 +65,7 @@ class Flight:
 
     @property
     def clearance_min_m(self) -> float:
-        """The nearest that the vehicle came to anything solid, take-off to landing."""
+        """The nearest that the vehicle came to anything solid, take-off to landing, be it by its own failsafe."""
         return float(self.clearance_m.min())
 
     @property
