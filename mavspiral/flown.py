@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mavspiral.arrays import FloatArray
+from mavspiral.flight.alignment import Alignment
 from mavspiral.flight.flight_log import Event, FlightLog, joined
 from mavspiral.flight.outcome import Outcome
 from mavspiral.flight.schedule import StreamFigures
@@ -165,7 +166,8 @@ class LiveFlight:
 
     Coverage and `inspected_s`, to where of the inspection's own time it came, are of the `earlier` flights too that it went
     on from; `sorties_left_n` counts what was left before it, itself among them.
-    `shots` are all that were taken, `pictures_n` those of this flight; `missed_shots` were commanded and never taken.
+    `shots` are all that were taken, where the vehicle said that it was (the log's places are in the plan as it lay), `pictures_n` those of this flight; `missed_shots` were commanded and never taken.
+    `shift_enu_m` (3,) is by how much the plan lay elsewhere, None if it was not aligned, `alignment` what was measured for it.
     `refused_n` frames were not signed with our key, or had come before; None on a link that is not signed.
     """
 
@@ -188,6 +190,8 @@ class LiveFlight:
     pictures_n: int
     missed_shots: tuple[int, ...]
     refused_n: int | None = None
+    shift_enu_m: FloatArray | None = None
+    alignment: Alignment | None = None
 
     @property
     def _left(self) -> tuple[str, ...]:
@@ -196,6 +200,20 @@ class LiveFlight:
             return ()
         done = f"inspected to {self.inspected_s:.0f} of {self.inspection.duration_s:.0f} s"
         return (f"{done}; with a full battery, `mavspiral fly … --resume` goes on there",)
+
+    @property
+    def _aligned(self) -> dict[str, float | None] | None:
+        """Where the plan lay, and how well that is known if it was measured before this very flight."""
+        if self.shift_enu_m is None:
+            return None
+        east_m, north_m, _ = map(float, self.shift_enu_m)
+        measured = self.alignment
+        return {
+            "east_m": _rounded(east_m),
+            "north_m": _rounded(north_m),
+            "spread_m": _rounded(measured.spread_m) if measured else None,
+            "rise_m": _rounded(measured.rise_m) if measured else None,
+        }
 
     def summary(self) -> dict[str, Any]:
         """The figures of `fly --json`, named as `simulate` names them; `source` says whose word they are."""
@@ -217,6 +235,7 @@ class LiveFlight:
                 "of_s": round(self.inspection.duration_s, 2),
             },
             "shots": {"taken": self.pictures_n, "missed": [shot + 1 for shot in self.missed_shots]},
+            "aligned": self._aligned,
             "setpoints": {
                 "sent": self.stream.sent_n,
                 "rate_hz": round(self.stream.rate_hz, 2),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,7 @@ __all__ = [
     "captured_shots",
     "estimated_shots",
     "inspected_s",
+    "moved",
     "progress_of",
     "together",
 ]
@@ -39,13 +40,17 @@ class Progress:
         flights_n: how many there were.
         done_s: to where it is flown, of the inspection's own time.
         logs: of those that came off the ground.
-        shots: what they saw, from where they believed to be.
+        shots: what they saw, from where they believed to be, in the plan as it lay.
+        shifts_enu_m: by which the plan lay elsewhere in each of these flights.
+        shift_enu_m: by which it was last found to lie elsewhere; None if it was not aligned.
     """
 
     flights_n: int = 0
     done_s: float = 0.0
     logs: tuple[FlightLog, ...] = ()
     shots: tuple[Shots, ...] = ()
+    shifts_enu_m: tuple[FloatArray, ...] = ()
+    shift_enu_m: FloatArray | None = None
 
 
 def progress_of(inspection: Inspection, path: Path) -> Progress:
@@ -54,16 +59,18 @@ def progress_of(inspection: Inspection, path: Path) -> Progress:
     Raises:
         InputError: there is no journal, it is of another plan, or nothing is left to fly.
     """
-    journaled = [flight for flight in read_journal(path) if len(flight.rows)]  # the others never took off
+    told = [f for f in read_journal(path) if len(f.rows) or f.shift_enu_m is not None]
+    journaled = [flight for flight in told if len(flight.rows)]  # the others never took off
     afresh = [i for i, flight in enumerate(journaled) if not flight.begin["resumes"]]
     chain = journaled[afresh[-1] :] if afresh else journaled
-    done_s, logs, shots = 0.0, list[FlightLog](), list[Shots]()
-    for flight in chain:
+    done_s, logs, shots, shifts_enu_m = 0.0, list[FlightLog](), list[Shots](), list[FloatArray]()
+    for flight in (*chain, *told[-1:]):
         if (flown := flight.begin["digest"]) != inspection.digest:
             raise InputError(
                 f"{path}: holds flights of another plan (digest {flown}, now {inspection.digest}). "
                 "Fix: resume with the mission and the map that were flown, or begin afresh without --resume"
             )
+    for flight in chain:
         log = flight.log(inspection.site.heights.frame)
         if log is None or flight.place is None:
             continue
@@ -71,10 +78,12 @@ def progress_of(inspection: Inspection, path: Path) -> Progress:
         begins_s = flight.place["inspection_s"]
         done_s = max(done_s, inspected_s(log, sortie, begins_s))
         logs.append(log)
+        shifts_enu_m.append(np.zeros(3) if flight.shift_enu_m is None else flight.shift_enu_m)
         shots.append(estimated_shots(inspection, sortie, log, begins_s, flight.pictures))
     if done_s >= inspection.duration_s - DONE_S:
         raise InputError(f"{path}: nothing is left to fly. Fix: begin afresh without --resume")
-    return Progress(len(chain), done_s, tuple(logs), tuple(shots))
+    shift_enu_m = told[-1].shift_enu_m if told else None
+    return Progress(len(chain), done_s, tuple(logs), tuple(shots), tuple(shifts_enu_m), shift_enu_m)
 
 
 def estimated_shots(
@@ -127,6 +136,11 @@ def captured_shots(
         np.unwrap(yaw_enu_rad[known]),
         pitch_rad[known],
     )
+
+
+def moved(shots: Shots, by_enu_m: FloatArray) -> Shots:
+    """The shots from elsewhere: `by_enu_m` (3,) away."""
+    return replace(shots, position_enu_m=shots.position_enu_m + by_enu_m)
 
 
 def together(shots: tuple[Shots, ...]) -> Shots:
