@@ -14,10 +14,11 @@ from mavspiral.flight.alignment import Alignment
 from mavspiral.flight.flight_log import Event, FlightLog, joined
 from mavspiral.flight.outcome import Outcome
 from mavspiral.flight.schedule import StreamFigures
+from mavspiral.missed import Stretch
 from mavspiral.motion.nearest import path_times_s
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection
-from mavspiral.progress import DONE_S, together
+from mavspiral.progress import together
 from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.shots import Shots, shots_at
 
@@ -165,7 +166,7 @@ class LiveFlight:
     """A flight on a vehicle whose truth nobody knows: what was measured is against its own estimate.
 
     Coverage and `inspected_s`, to where of the inspection's own time it came, are of the `earlier` flights too that it went
-    on from; `sorties_left_n` counts what was left before it, itself among them.
+    on from; `left_s` are the stretches that are left, where it did not come or shots were missed; `sorties_left_n` counts what was left before it, itself among them.
     `shots` are all that were taken, where the vehicle said that it was (the log's places are in the plan as it lay), `pictures_n` those of this flight; `missed_shots` were commanded and never taken.
     `shift_enu_m` (3,) is by how much the plan lay elsewhere, None if it was not aligned, `alignment` what was measured for it.
     `refused_n` frames were not signed with our key, or had come before; None on a link that is not signed.
@@ -185,6 +186,7 @@ class LiveFlight:
     flights_n: int
     sorties_left_n: int
     inspected_s: float
+    left_s: tuple[Stretch, ...]
     earlier: tuple[FlightLog, ...]
     shots: Shots | None
     pictures_n: int
@@ -196,10 +198,11 @@ class LiveFlight:
     @property
     def _left(self) -> tuple[str, ...]:
         """What is left to fly, in words."""
-        if self.log is None or self.inspected_s >= self.inspection.duration_s - DONE_S:
+        if self.log is None or not self.left_s:
             return ()
-        done = f"inspected to {self.inspected_s:.0f} of {self.inspection.duration_s:.0f} s"
-        return (f"{done}; with a full battery, `mavspiral fly … --resume` goes on there",)
+        where = ", ".join(f"{begin_s:.0f} to {end_s:.0f} s" for begin_s, end_s in self.left_s)
+        left = f"left to inspect: {where} of {self.inspection.duration_s:.0f} s"
+        return (f"{left}; with a full battery, `mavspiral fly … --resume` flies it",)
 
     @property
     def _aligned(self) -> dict[str, float | None] | None:
@@ -233,6 +236,7 @@ class LiveFlight:
                 "sorties_left": self.sorties_left_n,
                 "done_s": round(self.inspected_s, 2),
                 "of_s": round(self.inspection.duration_s, 2),
+                "left_s": [[round(begin_s, 2), round(end_s, 2)] for begin_s, end_s in self.left_s],
             },
             "shots": {"taken": self.pictures_n, "missed": [shot + 1 for shot in self.missed_shots]},
             "aligned": self._aligned,

@@ -24,9 +24,17 @@ from mavspiral.flight.signing import Signer
 from mavspiral.flown import LiveFlight
 from mavspiral.mission import Mission
 from mavspiral.planner import Inspection, plan
-from mavspiral.progress import Progress, estimated_shots, inspected_s, moved, progress_of, together
+from mavspiral.progress import (
+    Flown,
+    Progress,
+    estimated_shots,
+    inspected_s,
+    left_of,
+    moved,
+    progress_of,
+    together,
+)
 from mavspiral.recording import Recording
-from mavspiral.sorties import overlapping_s
 from mavspiral.survey.solids import Solids
 
 __all__ = ["fly"]
@@ -57,7 +65,7 @@ def fly(
     """The mission streamed to the vehicle at `url`, from connecting to disarming. It arms and flies: nobody is asked.
 
     Where one battery does not last, the first sortie is flown. With a `folder`, NAME.journal and NAME.tlog in it grow as it
-    flies, and `resume` goes on where the flights in that journal ended. `set_failsafes` sets the vehicle's parameters for the
+    flies, and `resume` goes on where the flights in that journal ended; shots that they missed are flown again, the first gap first. `set_failsafes` sets the vehicle's parameters for the
     loss of the link before the flight, and puts them back after it.
     With a `signing_key` (32 bytes, `read_key`) both ends sign, and what is not signed is refused and counted.
     The vehicle that stands `align_at` a known place of the plan says where it lies: `approve` is asked whether the plan may
@@ -75,7 +83,7 @@ def fly(
     if resume and folder is None:
         raise InputError(f"{name}: nothing says where its journal is. Fix: give its folder")
     before = progress_of(inspection, folder / f"{name}.journal") if resume and folder else Progress()
-    sorties = inspection.sorties(overlapping_s(inspection.shots_s, before.done_s) if resume else 0.0)
+    sorties = tuple(sortie for stretch_s in before.left_s for sortie in inspection.sorties(*stretch_s))
     sortie = sorties[0]
     align_at_enu_m = None if align_at is None else _place_enu_m(inspection, align_at)
     shift_enu_m = before.shift_enu_m if align_at is None else None
@@ -153,12 +161,12 @@ def fly(
     if alignment is not None and alignment.approved:
         shift_enu_m = alignment.shift_enu_m
     shots, shifts_enu_m = before.shots, before.shifts_enu_m
-    done_s = before.done_s
+    flown = before.flown
     if log is not None and session.trajectory is not None:
         begins_s = session.trajectory.span_s("inspection")[0]
         shots = (*shots, estimated_shots(inspection, sortie, log, begins_s, session.pictures))
         shifts_enu_m = (*shifts_enu_m, np.zeros(3) if shift_enu_m is None else shift_enu_m)
-        done_s = max(done_s, inspected_s(log, sortie, begins_s))
+        flown = (*flown, Flown(sortie, inspected_s(log, sortie, begins_s), session.pictures))
     return LiveFlight(
         inspection,
         outcome,
@@ -173,7 +181,8 @@ def fly(
         inspection.coverage_from(together(shots)) if shots else None,
         before.flights_n + 1,
         len(sorties),
-        done_s,
+        max((flight.came_to_s for flight in flown), default=0.0),
+        left_of(inspection, flown),
         before.logs,
         together(tuple(map(moved, shots, shifts_enu_m))) if shots else None,
         len(session.pictures),

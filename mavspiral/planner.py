@@ -109,8 +109,8 @@ class Inspection:
         """Which inspection this is: another if it leads elsewhere, wherever its home is."""
         return digest_of(self.tour, self.shots_s)
 
-    def sorties(self, begin_s: float = 0.0) -> tuple[Sortie, ...]:
-        """The flights, each of one battery, that fly the inspection from `begin_s` of its own time to its end.
+    def sorties(self, begin_s: float = 0.0, end_s: float = math.inf) -> tuple[Sortie, ...]:
+        """The flights, each of one battery, that fly the inspection from `begin_s` to `end_s` of its own time, or its end.
 
         Raises:
             LimitError: no battery lasts for the way there and back and some shots.
@@ -128,6 +128,7 @@ class Inspection:
             flight_s=flight_s,
             retime=self._retimed,
             begin_s=begin_s,
+            end_s=end_s,
         )
 
     def sortie(self, begin_s: float, end_s: float) -> Sortie:

@@ -13,23 +13,34 @@ from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import FlightLog
 from mavspiral.flight.journal import read_journal
 from mavspiral.flight.shutter import Picture
+from mavspiral.missed import Stretch, stretches_left
 from mavspiral.planner import Inspection
-from mavspiral.sorties import Sortie
+from mavspiral.sorties import Sortie, flies
 from mavspiral.survey.shots import Shots, flown_shots, shots_at
 
 __all__ = [
-    "DONE_S",
+    "Flown",
     "Progress",
     "captured_shots",
     "estimated_shots",
     "inspected_s",
+    "left_of",
     "moved",
     "progress_of",
     "together",
 ]
 
 DONE_S = 0.1
-"""So near its end the inspection is done."""
+"""So near to a shot it was come to."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flown:
+    """What one flight did: on which sortie, to where of the inspection's own time it came, and its pictures."""
+
+    sortie: Sortie
+    came_to_s: float
+    pictures: tuple[Picture, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,6 +50,8 @@ class Progress:
     Args:
         flights_n: how many there were.
         done_s: to where it is flown, of the inspection's own time.
+        flown: what each of them did.
+        left_s: the stretches that are left to fly.
         logs: of those that came off the ground.
         shots: what they saw, from where they believed to be, in the plan as it lay.
         shifts_enu_m: by which the plan lay elsewhere in each of these flights.
@@ -47,6 +60,8 @@ class Progress:
 
     flights_n: int = 0
     done_s: float = 0.0
+    flown: tuple[Flown, ...] = ()
+    left_s: tuple[Stretch, ...] = ((0.0, math.inf),)
     logs: tuple[FlightLog, ...] = ()
     shots: tuple[Shots, ...] = ()
     shifts_enu_m: tuple[FloatArray, ...] = ()
@@ -63,11 +78,11 @@ def progress_of(inspection: Inspection, path: Path) -> Progress:
     journaled = [flight for flight in told if len(flight.rows)]  # the others never took off
     afresh = [i for i, flight in enumerate(journaled) if not flight.begin["resumes"]]
     chain = journaled[afresh[-1] :] if afresh else journaled
-    done_s, logs, shots, shifts_enu_m = 0.0, list[FlightLog](), list[Shots](), list[FloatArray]()
+    flown, logs, shots, shifts_enu_m = list[Flown](), list[FlightLog](), list[Shots](), list[FloatArray]()
     for flight in (*chain, *told[-1:]):
-        if (flown := flight.begin["digest"]) != inspection.digest:
+        if (digest := flight.begin["digest"]) != inspection.digest:
             raise InputError(
-                f"{path}: holds flights of another plan (digest {flown}, now {inspection.digest}). "
+                f"{path}: holds flights of another plan (digest {digest}, now {inspection.digest}). "
                 "Fix: resume with the mission and the map that were flown, or begin afresh without --resume"
             )
     for flight in chain:
@@ -76,14 +91,41 @@ def progress_of(inspection: Inspection, path: Path) -> Progress:
             continue
         sortie = inspection.sortie(flight.begin["begin_s"], flight.begin["end_s"])
         begins_s = flight.place["inspection_s"]
-        done_s = max(done_s, inspected_s(log, sortie, begins_s))
+        flown.append(Flown(sortie, inspected_s(log, sortie, begins_s), flight.pictures))
         logs.append(log)
         shifts_enu_m.append(np.zeros(3) if flight.shift_enu_m is None else flight.shift_enu_m)
         shots.append(estimated_shots(inspection, sortie, log, begins_s, flight.pictures))
-    if done_s >= inspection.duration_s - DONE_S:
+    if not (left_s := left_of(inspection, tuple(flown))):
         raise InputError(f"{path}: nothing is left to fly. Fix: begin afresh without --resume")
     shift_enu_m = told[-1].shift_enu_m if told else None
-    return Progress(len(chain), done_s, tuple(logs), tuple(shots), tuple(shifts_enu_m), shift_enu_m)
+    return Progress(
+        len(chain),
+        max((flight.came_to_s for flight in flown), default=0.0),
+        tuple(flown),
+        left_s,
+        tuple(logs),
+        tuple(shots),
+        tuple(shifts_enu_m),
+        shift_enu_m,
+    )
+
+
+def left_of(inspection: Inspection, flown: tuple[Flown, ...]) -> tuple[Stretch, ...]:
+    """The stretches that those flights have left: round every shot that was not taken.
+
+    Where nobody has told of a picture, because the camera runs by itself or cannot tell, what was flown by was taken.
+    """
+    shots_s, had = inspection.shots_s, np.zeros(len(inspection.shots), dtype=bool)
+    told = any(picture.shot >= 0 for flight in flown for picture in flight.pictures)
+    for flight in flown:
+        on_it = flies(flight.sortie, shots_s)
+        if told:
+            rows = np.flatnonzero(on_it)
+            had[[rows[p.shot] for p in flight.pictures if 0 <= p.shot < len(rows)]] = True
+        else:
+            had |= on_it & (shots_s <= flight.came_to_s + DONE_S)
+    ways_s = inspection.trajectory.duration_s - inspection.duration_s
+    return stretches_left(had, shots_s, end_s=inspection.duration_s, ways_s=ways_s)
 
 
 def estimated_shots(

@@ -9,7 +9,6 @@ from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import ROW_N
 from mavspiral.flight.journal import JournalWriter
 from mavspiral.progress import progress_of
-from mavspiral.sorties import overlapping_s
 
 
 def journal(path, inspection, to_s, *, digest=None, resumes=False, begin_s=0.0, shift_enu_m=None):
@@ -41,7 +40,8 @@ def test_it_goes_on_where_the_path_time_ended(planned, tmp_path):
     journal(tmp_path / "j", kiosk, 20.0)
     progress = progress_of(kiosk, tmp_path / "j")
     assert progress.done_s == pytest.approx(20.0, abs=0.03) and progress.flights_n == 1
-    begin_s = overlapping_s(kiosk.shots_s, progress.done_s)
+    [(begin_s, end_s)] = progress.left_s
+    assert 10.0 < begin_s < 20.0 and end_s == kiosk.duration_s
     sortie = journal(tmp_path / "j", kiosk, 15.0, resumes=True, begin_s=begin_s)
     progress = progress_of(kiosk, tmp_path / "j")
     assert progress.flights_n == 2
