@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from mavspiral.export.check import Verdict
     from mavspiral.flight.autopilots import Autopilot
     from mavspiral.flight.flight_log import Event
+    from mavspiral.live import Place
     from mavspiral.mission import Mission
 
 __all__ = ["app", "main"]
@@ -158,6 +159,13 @@ def fly(
             "--set-failsafes", help="Set what the vehicle does without a link, for this flight; else warn."
         ),
     ] = False,
+    align: Annotated[
+        str | None,
+        typer.Option(
+            "--align",
+            help="LAT,LON or home: the place on the map where it stands; the plan is shifted by how far off that is.",
+        ),
+    ] = None,
     autopilot: OfAutopilot = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before flying.")] = False,
     out: Out = None,
@@ -178,8 +186,13 @@ def fly(
     if not as_json:
         planned = inspection.summary()
         _tell(planned, as_json, plan_rows(planned))
+    align_at = None if align is None else _place(align)
     if not (yes or dry_run):
         _ask(brief.name, connect)
+    elif align_at is not None and not yes and not sys.stdin.isatty():
+        raise InputError(
+            f"fly {brief.name}: nobody is there to be asked about the shift. Fix: --yes, if it may be taken"
+        )
     folder = try_folder(_folder(out, brief))
     flight = fly_live(
         inspection,
@@ -191,6 +204,8 @@ def fly(
         resume=resume,
         set_failsafes=set_failsafes,
         autopilot=_autopilot(autopilot),
+        align_at=align_at,
+        approve=lambda question: yes or typer.confirm(f"{question[:1].upper()}{question[1:]}?", err=True),
         on_event=_quiet if as_json else _say,
     )
     summary = flight.summary()
@@ -297,6 +312,19 @@ def _autopilot(name: str | None) -> Autopilot | None:
         if name == known:
             return known
     raise InputError(f"--autopilot {name!r} is not known. Fix: one of {', '.join(PROFILES)}")
+
+
+def _place(text: str) -> Place:
+    """What --align says."""
+    if text == "home":
+        return "home"
+    try:
+        lat_deg, lon_deg = map(float, text.split(","))
+        if abs(lat_deg) > 90.0 or abs(lon_deg) > 180.0:
+            raise ValueError(text)
+    except ValueError:
+        raise InputError(f"--align {text!r} is no place. Fix: LAT,LON in degrees, or home") from None
+    return lat_deg, lon_deg
 
 
 def _ask(name: str, url: str) -> None:

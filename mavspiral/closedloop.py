@@ -10,7 +10,7 @@ import io
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -19,7 +19,7 @@ from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError, LimitError
 from mavspiral.flight.auto_flight import AutoFlight
 from mavspiral.flight.autopilots import PROFILES, Autopilot
-from mavspiral.flight.flight_log import TlogWriter
+from mavspiral.flight.flight_log import Event, TlogWriter
 from mavspiral.flight.outcome import Outcome, SessionConfig
 from mavspiral.flight.plan_upload import MissionLists
 from mavspiral.flight.schedule import StreamFigures
@@ -54,6 +54,9 @@ START_UP_US = 1_000_000
 
 WITNESS_US = 20_000
 """The truth is written down as often as the session writes its log, and at the same moments."""
+
+ALONE_US = 300_000_000
+"""For so long at most a vehicle that we no longer fly is watched: a Return from 190 m takes 200 s."""
 
 ABOVE_HOME_M = 1.0
 SEEDS_APART = 1_000_003
@@ -148,11 +151,44 @@ def _flown(
             witness.note()
         to_vehicle = step.send
         now_us = step.next_due_us
-    wall_s = time.perf_counter() - begin_s
     outcome = session.outcome or Outcome(False, session.state, f"not over after {now_us / 1e6:.0f} s", 1)
-    return _measured(
+    ended_us = now_us
+    now_us, mode = _lives_on(simulator, witness, now_us, to_vehicle)
+    wall_s = time.perf_counter() - begin_s
+    flight = _measured(
         inspection, order, session, outcome, witness, tape.getvalue(), seed, now_us / 1e6, wall_s
     )
+    return flight if now_us == ended_us else _with_its_end(flight, simulator, ended_us, mode)
+
+
+def _lives_on(simulator: Simulator, witness: _Witness, now_us: int, to_vehicle: bytes) -> tuple[int, str]:
+    """When a vehicle that was still armed as the session ended disarmed, or was given up, and in which mode.
+
+    We send it nothing more.
+    """
+    until_us, mode = now_us + ALONE_US, ""
+    while (status := simulator.report.flight).armed and now_us < until_us:
+        mode = status.mode.name
+        simulator.step(now_us, to_vehicle)
+        if now_us % WITNESS_US == 0:
+            witness.note()
+        to_vehicle = b""
+        now_us = (now_us // WITNESS_US + 1) * WITNESS_US
+    return now_us, mode
+
+
+def _with_its_end(flight: Flight, simulator: Simulator, ended_us: int, mode: str) -> Flight:
+    """The flight, and in its events how the vehicle fared alone from `ended_us` on, by truth."""
+    alone_m = flight.clearance_m[flight.clearance_t_s * 1e6 >= ended_us]
+    took_s, armed = flight.sim_s - ended_us / 1e6, simulator.report.flight.armed
+    away_m = float(np.hypot(*simulator.truth.position_ned_m[:2]))
+    end = "is still armed after" if armed else "has disarmed after"
+    words = (
+        f"left alone the vehicle {end} {took_s:.0f} s, in {mode}, {away_m:.1f} m from home; "
+        f"until then it was {alone_m.min():.2f} m from anything solid at least"
+    )
+    event = Event(round(flight.sim_s * 1e6), "warning", words)
+    return replace(flight, log=replace(flight.log, events=(*flight.log.events, event)))
 
 
 def _session(

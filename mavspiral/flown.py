@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 
 from mavspiral.arrays import FloatArray
+from mavspiral.flight.alignment import Alignment
 from mavspiral.flight.flight_log import Event, FlightLog, joined
 from mavspiral.flight.outcome import Outcome
 from mavspiral.flight.schedule import StreamFigures
+from mavspiral.missed import Stretch
 from mavspiral.motion.nearest import path_times_s
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import Inspection
-from mavspiral.progress import DONE_S, together
+from mavspiral.progress import together
 from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.shots import Shots, shots_at
 
@@ -65,7 +67,7 @@ class Flight:
 
     @property
     def clearance_min_m(self) -> float:
-        """The nearest that the vehicle came to anything solid, take-off to landing."""
+        """The nearest that the vehicle came to anything solid, take-off to landing, be it by its own failsafe."""
         return float(self.clearance_m.min())
 
     @property
@@ -164,8 +166,9 @@ class LiveFlight:
     """A flight on a vehicle whose truth nobody knows: what was measured is against its own estimate.
 
     Coverage and `inspected_s`, to where of the inspection's own time it came, are of the `earlier` flights too that it went
-    on from; `sorties_left_n` counts what was left before it, itself among them.
-    `shots` are all that were taken, `pictures_n` those of this flight; `missed_shots` were commanded and never taken.
+    on from; `left_s` are the stretches that are left, where it did not come or shots were missed; `sorties_left_n` counts what was left before it, itself among them.
+    `shots` are all that were taken, where the vehicle said that it was (the log's places are in the plan as it lay), `pictures_n` those of this flight; `missed_shots` were commanded and never taken.
+    `shift_enu_m` (3,) is by how much the plan lay elsewhere, None if it was not aligned, `alignment` what was measured for it.
     `refused_n` frames were not signed with our key, or had come before; None on a link that is not signed.
     """
 
@@ -183,19 +186,37 @@ class LiveFlight:
     flights_n: int
     sorties_left_n: int
     inspected_s: float
+    left_s: tuple[Stretch, ...]
     earlier: tuple[FlightLog, ...]
     shots: Shots | None
     pictures_n: int
     missed_shots: tuple[int, ...]
     refused_n: int | None = None
+    shift_enu_m: FloatArray | None = None
+    alignment: Alignment | None = None
 
     @property
     def _left(self) -> tuple[str, ...]:
         """What is left to fly, in words."""
-        if self.log is None or self.inspected_s >= self.inspection.duration_s - DONE_S:
+        if self.log is None or not self.left_s:
             return ()
-        done = f"inspected to {self.inspected_s:.0f} of {self.inspection.duration_s:.0f} s"
-        return (f"{done}; with a full battery, `mavspiral fly … --resume` goes on there",)
+        where = ", ".join(f"{begin_s:.0f} to {end_s:.0f} s" for begin_s, end_s in self.left_s)
+        left = f"left to inspect: {where} of {self.inspection.duration_s:.0f} s"
+        return (f"{left}; with a full battery, `mavspiral fly … --resume` flies it",)
+
+    @property
+    def _aligned(self) -> dict[str, float | None] | None:
+        """Where the plan lay, and how well that is known if it was measured before this very flight."""
+        if self.shift_enu_m is None:
+            return None
+        east_m, north_m, _ = map(float, self.shift_enu_m)
+        measured = self.alignment
+        return {
+            "east_m": _rounded(east_m),
+            "north_m": _rounded(north_m),
+            "spread_m": _rounded(measured.spread_m) if measured else None,
+            "rise_m": _rounded(measured.rise_m) if measured else None,
+        }
 
     def summary(self) -> dict[str, Any]:
         """The figures of `fly --json`, named as `simulate` names them; `source` says whose word they are."""
@@ -215,8 +236,10 @@ class LiveFlight:
                 "sorties_left": self.sorties_left_n,
                 "done_s": round(self.inspected_s, 2),
                 "of_s": round(self.inspection.duration_s, 2),
+                "left_s": [[round(begin_s, 2), round(end_s, 2)] for begin_s, end_s in self.left_s],
             },
             "shots": {"taken": self.pictures_n, "missed": [shot + 1 for shot in self.missed_shots]},
+            "aligned": self._aligned,
             "setpoints": {
                 "sent": self.stream.sent_n,
                 "rate_hz": round(self.stream.rate_hz, 2),

@@ -6,12 +6,14 @@ import contextlib
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
+from mavspiral.flight.alignment import shifted
 from mavspiral.flight.autopilots import PROFILES, Autopilot, autopilot_name
 from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
 from mavspiral.flight.journal import JournalWriter
@@ -21,12 +23,23 @@ from mavspiral.flight.session import Session
 from mavspiral.flown import LiveFlight
 from mavspiral.mission import Mission
 from mavspiral.planner import Inspection, plan
-from mavspiral.progress import Progress, estimated_shots, inspected_s, progress_of, together
+from mavspiral.progress import (
+    Flown,
+    Progress,
+    estimated_shots,
+    inspected_s,
+    left_of,
+    moved,
+    progress_of,
+    together,
+)
 from mavspiral.recording import Recording
-from mavspiral.sorties import overlapping_s
 from mavspiral.survey.solids import Solids
 
 __all__ = ["fly"]
+
+Place = tuple[float, float] | Literal["home"]
+"""Latitude and longitude in degrees, on the plan's ground; or the mission's home."""
 
 STALE_US = 300_000
 
@@ -42,14 +55,18 @@ def fly(
     set_failsafes: bool = False,
     signing_key: bytes | None = None,
     autopilot: Autopilot | None = None,
+    align_at: Place | None = None,
+    approve: Callable[[str], bool] = lambda question: True,
     on_event: Callable[[Event], None] = lambda event: None,
 ) -> LiveFlight:
     """The mission streamed to the vehicle at `url`, from connecting to disarming. It arms and flies: nobody is asked.
 
     Where one battery does not last, the first sortie is flown. With a `folder`, NAME.journal and NAME.tlog in it grow as it
-    flies, and `resume` goes on where the flights in that journal ended. `set_failsafes` sets the vehicle's parameters for the
+    flies, and `resume` goes on where the flights in that journal ended; shots that they missed are flown again, the first gap first. `set_failsafes` sets the vehicle's parameters for the
     loss of the link before the flight, and puts them back after it.
     With a `signing_key` (32 bytes, `read_key`) both ends sign, and what is not signed is refused and counted.
+    The vehicle that stands `align_at` a known place of the plan says where it lies: `approve` is asked whether the plan may
+    be shifted so, and `resume` keeps it. A dry run writes that in the journal, too.
     Only a vehicle of `autopilot` is flown, if that is given; else the first that is heard, of whichever it is.
 
     Raises:
@@ -63,14 +80,19 @@ def fly(
     if resume and folder is None:
         raise InputError(f"{name}: nothing says where its journal is. Fix: give its folder")
     before = progress_of(inspection, folder / f"{name}.journal") if resume and folder else Progress()
-    sorties = inspection.sorties(overlapping_s(inspection.shots_s, before.done_s) if resume else 0.0)
+    sorties = tuple(sortie for stretch_s in before.left_s for sortie in inspection.sorties(*stretch_s))
     sortie = sorties[0]
+    align_at_enu_m = None if align_at is None else _place_enu_m(inspection, align_at)
+    shift_enu_m = before.shift_enu_m if align_at is None else None
+    frame = inspection.site.heights.frame
+    if shift_enu_m is not None:
+        frame = shifted(frame, shift_enu_m)
     begin_us = time.monotonic_ns() // 1000
     signer = None if signing_key is None else signer_now(signing_key)
     with contextlib.closing(open_transport(url)) as transport, Recording(folder, name) as recording:
         session = Session(
             lambda home_enu_m: inspection.route_from(home_enu_m, sortie),
-            inspection.site.heights.frame,
+            frame,
             SessionConfig(
                 dry_run=dry_run,
                 rate_hz=rate_hz,
@@ -81,11 +103,13 @@ def fly(
             way_home=inspection.way_home,
             profiles=profiles,
             shots=inspection.shot_orders(sortie),
+            align_at_enu_m=align_at_enu_m,
             tap=TlogWriter(recording.packets, time.time_ns() // 1000).write,
             signer=signer,
         )
         journal = JournalWriter(recording.journal)
-        if not dry_run:
+        journals = not dry_run or align_at is not None
+        if journals:
             journal.begin(
                 {
                     "name": name,
@@ -96,12 +120,23 @@ def fly(
                     "unix_us": time.time_ns() // 1000,
                 }
             )
+            if shift_enu_m is not None:
+                journal.aligned(shift_enu_m)
 
         def told(_: Session, step: Step) -> None:
-            if not dry_run:
+            if journals:
                 journal.note(session, step)
             for event in step.events:
                 on_event(event)
+            alignment = session.alignment
+            if alignment is None or alignment.approved or session.outcome is not None:
+                return
+            if alignment.question and alignment.shift_enu_m is not None:
+                if approve(alignment.question):
+                    journal.aligned(alignment.shift_enu_m)
+                    session.approve()
+                else:
+                    session.stop()
 
         try:
             outcome = drive(
@@ -111,18 +146,22 @@ def fly(
                 now_us=lambda: time.monotonic_ns() // 1000 - begin_us,
             )
         finally:
-            if not dry_run:
+            if journals:
                 journal.end(session)
     duration_s = (time.monotonic_ns() // 1000 - begin_us) / 1e6
     inspection = inspection.flown_by(autopilot_name(session.profile))
     log = session.log() if session.trajectory is not None else None
     tracking_m, clearance_m = _measured(inspection, log)
-    shots = before.shots
-    done_s = before.done_s
+    alignment = session.alignment
+    if alignment is not None and alignment.approved:
+        shift_enu_m = alignment.shift_enu_m
+    shots, shifts_enu_m = before.shots, before.shifts_enu_m
+    flown = before.flown
     if log is not None and session.trajectory is not None:
         begins_s = session.trajectory.span_s("inspection")[0]
         shots = (*shots, estimated_shots(inspection, sortie, log, begins_s, session.pictures))
-        done_s = max(done_s, inspected_s(log, sortie, begins_s))
+        shifts_enu_m = (*shifts_enu_m, np.zeros(3) if shift_enu_m is None else shift_enu_m)
+        flown = (*flown, Flown(sortie, inspected_s(log, sortie, begins_s), session.pictures))
     return LiveFlight(
         inspection,
         outcome,
@@ -137,13 +176,28 @@ def fly(
         inspection.coverage_from(together(shots)) if shots else None,
         before.flights_n + 1,
         len(sorties),
-        done_s,
+        max((flight.came_to_s for flight in flown), default=0.0),
+        left_of(inspection, flown),
         before.logs,
-        together(shots) if shots else None,
+        together(tuple(map(moved, shots, shifts_enu_m))) if shots else None,
         len(session.pictures),
         session.missed_shots,
         None if signer is None else signer.refused_n,
+        shift_enu_m,
+        alignment,
     )
+
+
+def _place_enu_m(inspection: Inspection, place: Place) -> FloatArray:
+    """Where a vehicle at that place stands in the plan."""
+    if place == "home":
+        if inspection.mission.vehicle.home is None:
+            raise InputError(
+                "--align home: the mission names no home. Fix: --align LAT,LON, or [vehicle] home = [lat, lon]"
+            )
+        return inspection.home_enu_m
+    frame = inspection.site.heights.frame
+    return frame.to_enu(*place, frame.origin.alt_amsl_m)
 
 
 def _planned_for(mission: Mission) -> str | None:

@@ -109,8 +109,10 @@ class Inspection:
         """Which inspection this is: another if it leads elsewhere, wherever its home is."""
         return digest_of(self.tour, self.shots_s)
 
-    def sorties(self, begin_s: float = 0.0, *, endurance_s: float | None = None) -> tuple[Sortie, ...]:
-        """The flights, each of one battery, that fly the inspection from `begin_s` of its own time to its end.
+    def sorties(
+        self, begin_s: float = 0.0, end_s: float = math.inf, *, endurance_s: float | None = None
+    ) -> tuple[Sortie, ...]:
+        """The flights, each of one battery, that fly the inspection from `begin_s` to `end_s` of its own time, or its end.
 
         No flight takes longer than `endurance_s` as planned; by default, than the mission's.
 
@@ -130,6 +132,7 @@ class Inspection:
             flight_s=flight_s,
             retime=self._retimed,
             begin_s=begin_s,
+            end_s=end_s,
         )
 
     def sortie(self, begin_s: float, end_s: float) -> Sortie:

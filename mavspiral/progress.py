@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,22 +13,34 @@ from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import FlightLog
 from mavspiral.flight.journal import read_journal
 from mavspiral.flight.shutter import Picture
+from mavspiral.missed import Stretch, stretches_left
 from mavspiral.planner import Inspection
-from mavspiral.sorties import Sortie
+from mavspiral.sorties import Sortie, flies
 from mavspiral.survey.shots import Shots, flown_shots, shots_at
 
 __all__ = [
-    "DONE_S",
+    "Flown",
     "Progress",
     "captured_shots",
     "estimated_shots",
     "inspected_s",
+    "left_of",
+    "moved",
     "progress_of",
     "together",
 ]
 
 DONE_S = 0.1
-"""So near its end the inspection is done."""
+"""So near to a shot it was come to."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flown:
+    """What one flight did: on which sortie, to where of the inspection's own time it came, and its pictures."""
+
+    sortie: Sortie
+    came_to_s: float
+    pictures: tuple[Picture, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,14 +50,22 @@ class Progress:
     Args:
         flights_n: how many there were.
         done_s: to where it is flown, of the inspection's own time.
+        flown: what each of them did.
+        left_s: the stretches that are left to fly.
         logs: of those that came off the ground.
-        shots: what they saw, from where they believed to be.
+        shots: what they saw, from where they believed to be, in the plan as it lay.
+        shifts_enu_m: by which the plan lay elsewhere in each of these flights.
+        shift_enu_m: by which it was last found to lie elsewhere; None if it was not aligned.
     """
 
     flights_n: int = 0
     done_s: float = 0.0
+    flown: tuple[Flown, ...] = ()
+    left_s: tuple[Stretch, ...] = ((0.0, math.inf),)
     logs: tuple[FlightLog, ...] = ()
     shots: tuple[Shots, ...] = ()
+    shifts_enu_m: tuple[FloatArray, ...] = ()
+    shift_enu_m: FloatArray | None = None
 
 
 def progress_of(inspection: Inspection, path: Path) -> Progress:
@@ -54,27 +74,58 @@ def progress_of(inspection: Inspection, path: Path) -> Progress:
     Raises:
         InputError: there is no journal, it is of another plan, or nothing is left to fly.
     """
-    journaled = [flight for flight in read_journal(path) if len(flight.rows)]  # the others never took off
+    told = [f for f in read_journal(path) if len(f.rows) or f.shift_enu_m is not None]
+    journaled = [flight for flight in told if len(flight.rows)]  # the others never took off
     afresh = [i for i, flight in enumerate(journaled) if not flight.begin["resumes"]]
     chain = journaled[afresh[-1] :] if afresh else journaled
-    done_s, logs, shots = 0.0, list[FlightLog](), list[Shots]()
-    for flight in chain:
-        if (flown := flight.begin["digest"]) != inspection.digest:
+    flown, logs, shots, shifts_enu_m = list[Flown](), list[FlightLog](), list[Shots](), list[FloatArray]()
+    for flight in (*chain, *told[-1:]):
+        if (digest := flight.begin["digest"]) != inspection.digest:
             raise InputError(
-                f"{path}: holds flights of another plan (digest {flown}, now {inspection.digest}). "
+                f"{path}: holds flights of another plan (digest {digest}, now {inspection.digest}). "
                 "Fix: resume with the mission and the map that were flown, or begin afresh without --resume"
             )
+    for flight in chain:
         log = flight.log(inspection.site.heights.frame)
         if log is None or flight.place is None:
             continue
         sortie = inspection.sortie(flight.begin["begin_s"], flight.begin["end_s"])
         begins_s = flight.place["inspection_s"]
-        done_s = max(done_s, inspected_s(log, sortie, begins_s))
+        flown.append(Flown(sortie, inspected_s(log, sortie, begins_s), flight.pictures))
         logs.append(log)
+        shifts_enu_m.append(np.zeros(3) if flight.shift_enu_m is None else flight.shift_enu_m)
         shots.append(estimated_shots(inspection, sortie, log, begins_s, flight.pictures))
-    if done_s >= inspection.duration_s - DONE_S:
+    if not (left_s := left_of(inspection, tuple(flown))):
         raise InputError(f"{path}: nothing is left to fly. Fix: begin afresh without --resume")
-    return Progress(len(chain), done_s, tuple(logs), tuple(shots))
+    shift_enu_m = told[-1].shift_enu_m if told else None
+    return Progress(
+        len(chain),
+        max((flight.came_to_s for flight in flown), default=0.0),
+        tuple(flown),
+        left_s,
+        tuple(logs),
+        tuple(shots),
+        tuple(shifts_enu_m),
+        shift_enu_m,
+    )
+
+
+def left_of(inspection: Inspection, flown: tuple[Flown, ...]) -> tuple[Stretch, ...]:
+    """The stretches that those flights have left: round every shot that was not taken.
+
+    Where nobody has told of a picture, because the camera runs by itself or cannot tell, what was flown by was taken.
+    """
+    shots_s, had = inspection.shots_s, np.zeros(len(inspection.shots), dtype=bool)
+    told = any(picture.shot >= 0 for flight in flown for picture in flight.pictures)
+    for flight in flown:
+        on_it = flies(flight.sortie, shots_s)
+        if told:
+            rows = np.flatnonzero(on_it)
+            had[[rows[p.shot] for p in flight.pictures if 0 <= p.shot < len(rows)]] = True
+        else:
+            had |= on_it & (shots_s <= flight.came_to_s + DONE_S)
+    ways_s = inspection.trajectory.duration_s - inspection.duration_s
+    return stretches_left(had, shots_s, end_s=inspection.duration_s, ways_s=ways_s)
 
 
 def estimated_shots(
@@ -127,6 +178,11 @@ def captured_shots(
         np.unwrap(yaw_enu_rad[known]),
         pitch_rad[known],
     )
+
+
+def moved(shots: Shots, by_enu_m: FloatArray) -> Shots:
+    """The shots from elsewhere: `by_enu_m` (3,) away."""
+    return replace(shots, position_enu_m=shots.position_enu_m + by_enu_m)
 
 
 def together(shots: tuple[Shots, ...]) -> Shots:

@@ -9,6 +9,7 @@ before the last one ended.
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -26,7 +27,7 @@ __all__ = [
     "OVERLAP_SHOTS_N",
     "Sortie",
     "digest_of",
-    "overlapping_s",
+    "flies",
     "plan_sorties",
     "stretch",
 ]
@@ -73,10 +74,14 @@ class Sortie:
         return np.asarray(np.interp(t_s, self.flown_s, self.planned_s, left=np.nan, right=np.nan))
 
 
+def flies(sortie: Sortie, shots_s: FloatArray) -> NDArray[np.bool_]:
+    """Which of those shots, `(n,)` of the inspection's own time, the sortie flies."""
+    return np.asarray((shots_s >= sortie.begin_s - _MOMENT_S) & (shots_s <= sortie.end_s + _MOMENT_S))
+
+
 def shots_on(sortie: Sortie, shots_s: FloatArray, route: Trajectory) -> FloatArray:
     """The path times on `route` of those shots, `(n,)` of the inspection's own time, that the sortie flies."""
-    within = shots_s[(shots_s >= sortie.begin_s - _MOMENT_S) & (shots_s <= sortie.end_s + _MOMENT_S)]
-    flown_s = np.interp(within, sortie.planned_s, sortie.flown_s)
+    flown_s = np.interp(shots_s[flies(sortie, shots_s)], sortie.planned_s, sortie.flown_s)
     begins_s, ends_s = route.span_s("inspection")
     return np.clip(begins_s + flown_s, begins_s, ends_s - _MOMENT_S / 2)
 
@@ -91,12 +96,6 @@ def digest_of(legs: tuple[Leg, ...], shots_s: FloatArray) -> str:
             told.update(np.round(np.asarray(values) * 1e3).astype("<i8").tobytes())
     told.update(np.round(shots_s * 1e3).astype("<i8").tobytes())
     return told.hexdigest()[:16]
-
-
-def overlapping_s(shots_s: FloatArray, done_s: float) -> float:
-    """When to begin again after `done_s`: `OVERLAP_SHOTS_N` before its last shot of those at `shots_s` (n,), or 0."""
-    last = int(np.searchsorted(shots_s, done_s + _MOMENT_S)) - 1
-    return float(shots_s[last - OVERLAP_SHOTS_N]) if last >= OVERLAP_SHOTS_N else 0.0
 
 
 def stretch(legs: tuple[Leg, ...], begin_s: float, end_s: float, retime: Retime) -> Sortie:
@@ -138,8 +137,9 @@ def plan_sorties(
     flight_s: Callable[[Sortie], float],
     retime: Retime,
     begin_s: float = 0.0,
+    end_s: float = math.inf,
 ) -> tuple[Sortie, ...]:
-    """The fewest sorties of about equal length that fly the inspection from `begin_s` to its end.
+    """The fewest sorties of about equal length that fly the inspection from `begin_s` to `end_s`, or its end.
 
     Args:
         legs: the inspection: passes and the ways between them.
@@ -148,14 +148,15 @@ def plan_sorties(
         flight_s: how long a sortie takes from home to home.
         retime: the law for a cut leg.
         begin_s: where the inspection goes on.
+        end_s: and to where.
 
     Raises:
         LimitError: however short, a sortie takes longer than `endurance_s`.
     """
-    whole = stretch(legs, begin_s, sum(leg.law.duration_s for leg in legs), retime)
+    whole = stretch(legs, begin_s, min(end_s, sum(leg.law.duration_s for leg in legs)), retime)
     if flight_s(whole) <= endurance_s:
         return (whole,)
-    shots_s = shots_s[shots_s >= begin_s - _MOMENT_S]
+    shots_s = shots_s[flies(whole, shots_s)]
     cuts = np.unique(np.linspace(0, len(shots_s) - 1, _CUTS_N).astype(int))
     flights_s = [flight_s(stretch(legs, *_beside(shots_s, cut), retime)) for cut in cuts]
     ways_s = np.interp(np.arange(len(shots_s)), cuts, flights_s)

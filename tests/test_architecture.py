@@ -21,7 +21,7 @@ pieces route
 courtyards roofs
 spirals roof_ways
 facades
-candidate
+candidate missed
 passes sorties
 order transit obstacle
 brief

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
 
-from mavspiral.flight import actions, failsafes
+from mavspiral.flight import actions, alignment, failsafes
 from mavspiral.flight.messages import Command
 from mavspiral.flight.outcome import State
 from mavspiral.flight.profile import Mode, Profile
@@ -98,6 +98,14 @@ COURSE: Mapping[State, Row] = {
         within_s=60.0,
         words=_say("the vehicle knows no position: no local origin in 60 s; wait for its GPS"),
     ),
+    State.MEASURE: Row(
+        alignment.measured,
+        State.APPROVE,
+        enter=alignment.prepare,
+        within_s=60.0,
+        words=_say("the vehicle does not tell its position often enough to be aligned"),
+    ),
+    State.APPROVE: Row(alignment.approved, State.ROUTE),
     State.ROUTE: Row(actions.routed, State.CHECK),
     State.CHECK: Row(actions.checked, State.FAILSAFES, ask=actions.ask_parameters),
     State.FAILSAFES: Row(

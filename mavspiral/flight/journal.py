@@ -5,6 +5,7 @@ little-endian. It only grows: every flight of the inspection begins with a "B". 
 most one record torn, the last; reading ends there, and writing goes on there.
 
     B  JSON   a flight begins: what is flown, of which plan, from where to where
+    A  JSON   where the plan lies: {"shift_enu_m": [east, north, 0]}; without it, as planned
     P  JSON   where it is placed: the vehicle's origin, the legs, when the inspection begins
     R  rows   of the flight log, 19 doubles each (`Recorder`)
     E  JSON   an event: [t_us, severity, text]
@@ -26,6 +27,7 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
+from mavspiral.flight.alignment import shifted
 from mavspiral.flight.flight_log import ROW_N, Event, FlightLog, log_of_rows
 from mavspiral.flight.outcome import Step
 from mavspiral.flight.session import Session
@@ -44,6 +46,7 @@ class JournaledFlight:
 
     Args:
         begin: what was told at its beginning (`JournalWriter.begin`).
+        shift_enu_m: by which the plan lay elsewhere, `(3,)`; None if it was not aligned.
         place: the vehicle's origin and the legs; None if it ended before the vehicle's place was known.
         rows: of the log, `(n, 19)`.
         pictures: that were taken.
@@ -51,6 +54,7 @@ class JournaledFlight:
     """
 
     begin: dict[str, Any]
+    shift_enu_m: FloatArray | None
     place: dict[str, Any] | None
     rows: FloatArray
     events: tuple[Event, ...]
@@ -58,9 +62,11 @@ class JournaledFlight:
     end: dict[str, Any] | None
 
     def log(self, frame: LocalFrame) -> FlightLog | None:
-        """Its log in the plan's `frame`; None if it never came off the ground."""
+        """Its log in the plan's `frame`, as planned, wherever it lay; None if it never came off the ground."""
         if self.place is None or not len(self.rows):
             return None
+        if self.shift_enu_m is not None:
+            frame = shifted(frame, self.shift_enu_m)
         to_vehicle = frame.to_vehicle(GeoPoint(*self.place["origin"]))
         return log_of_rows(self.rows, to_vehicle, tuple(self.place["legs"]), self.events)
 
@@ -81,6 +87,10 @@ class JournalWriter:
     def begin(self, facts: dict[str, Any]) -> None:
         """The flight begins; `facts` are what a later one must know."""
         self._json(b"B", facts)
+
+    def aligned(self, shift_enu_m: FloatArray) -> None:
+        """The plan lies so far from where it was planned."""
+        self._json(b"A", {"shift_enu_m": shift_enu_m.tolist()})
 
     def note(self, session: Session, step: Step) -> None:
         """Write down what the step has brought."""
@@ -133,6 +143,7 @@ def read_journal(path: Path) -> tuple[JournaledFlight, ...]:
         ) from None
     flights: list[JournaledFlight] = []
     begin: dict[str, Any] | None = None
+    shift_enu_m: FloatArray | None = None
     place: dict[str, Any] | None = None
     end: dict[str, Any] | None = None
     rows: list[bytes] = []
@@ -142,12 +153,17 @@ def read_journal(path: Path) -> tuple[JournaledFlight, ...]:
     def close() -> None:
         if begin is not None:
             table = np.frombuffer(b"".join(rows), dtype="<f8").reshape(-1, ROW_N)
-            flights.append(JournaledFlight(begin, place, table, tuple(events), tuple(pictures), end))
+            flights.append(
+                JournaledFlight(begin, shift_enu_m, place, table, tuple(events), tuple(pictures), end)
+            )
 
     for kind, body in _records(data):
         if kind == b"B":
             close()
-            begin, place, end, rows, events, pictures = json.loads(body), None, None, [], [], []
+            begin, shift_enu_m, place, end = json.loads(body), None, None, None
+            rows, events, pictures = [], [], []
+        elif kind == b"A":
+            shift_enu_m = np.array(json.loads(body)["shift_enu_m"], dtype=np.float64)
         elif kind == b"P":
             place = json.loads(body)
         elif kind == b"R":

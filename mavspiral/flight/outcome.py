@@ -23,6 +23,8 @@ class State(Enum):
     IDENTIFY = "identify"
     TELEMETRY = "telemetry"
     ORIGIN = "origin"
+    MEASURE = "measure where the plan lies"
+    APPROVE = "await approval"
     ROUTE = "route"
     CHECK = "check"
     FAILSAFES = "failsafes"

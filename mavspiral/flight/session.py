@@ -11,7 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+from mavspiral.arrays import FloatArray
 from mavspiral.errors import LimitError, LinkError, MavspiralError
+from mavspiral.flight.alignment import Alignment
 from mavspiral.flight.course import COURSE, Late, Row
 from mavspiral.flight.energy import Battery
 from mavspiral.flight.failsafes import left_as_set
@@ -47,6 +49,7 @@ class Session:
         way_home: gives the way back from anywhere on the flight; without it a flight that is given up lands there.
         profiles: the ways of the autopilots that it may be; the vehicle's first heartbeat tells which it is.
         shots: what camera and gimbal are told; without it nothing.
+        align_at_enu_m: where in the plan the vehicle stands, `(3,)`: the plan is shifted by how far it is from there.
         tap: is handed every whole frame with its time, both directions (`TlogWriter.write`).
         signer: for a link whose both ends sign.
     """
@@ -60,6 +63,7 @@ class Session:
         way_home: WayHome | None = None,
         profiles: Sequence[Profile] = (PX4,),
         shots: ShotOrders | None = None,
+        align_at_enu_m: FloatArray | None = None,
         tap: Callable[[int, bytes], None] | None = None,
         signer: Signer | None = None,
     ) -> None:
@@ -70,6 +74,7 @@ class Session:
         self._profiles = {profile.autopilot: profile for profile in profiles}
         first = profiles[0]
         self._s = Situation(route, way_home, frame, config, first, link, TelemetryRequest(first))
+        self._s.alignment = None if align_at_enu_m is None else Alignment(align_at_enu_m)
         self._s.awaited = " or ".join(profile.name for profile in profiles)
         self._row = COURSE[State.CONNECT]
         self._streamer = Streamer(self._s)
@@ -123,6 +128,16 @@ class Session:
         On the ground it is over, in the climb it lands. The next step acts on it.
         """
         self._stop_asked = True
+
+    @property
+    def alignment(self) -> Alignment | None:
+        """What came of the alignment, if there was to be one; with a `question` that is not `approved` the flight waits."""
+        return self._s.alignment
+
+    def approve(self) -> None:
+        """Agree to the alignment's question; `stop` says no."""
+        if self._s.alignment is not None and self._s.alignment.question:
+            self._s.alignment.approved = True
 
     def link_broke(self, reason: str) -> None:
         """The link is gone for good, says whoever drives us."""
@@ -352,6 +367,8 @@ class Session:
         if state is State.ARM and self._s.config.dry_run:
             self._conclude("dry run: all but arming went well", 0)
             return
+        if state is State.ROUTE and self.state is State.ORIGIN and self._s.alignment is not None:
+            state = State.MEASURE
         if state is State.OVER:
             self.state = State.LAND  # where the flight ended
             self._conclude(

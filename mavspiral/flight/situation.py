@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from mavspiral.arrays import FloatArray
 from mavspiral.flight.flight_log import Event
@@ -19,6 +20,9 @@ from mavspiral.flight.vehicle import Vehicle
 from mavspiral.flight.vehicle_clock import VehicleClock
 from mavspiral.frames import LocalFrame, RigidMap
 from mavspiral.motion.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from mavspiral.flight.alignment import Alignment
 
 __all__ = ["Route", "Situation", "WayHome"]
 
@@ -40,6 +44,7 @@ class Situation:
         awaited: the autopilots that it may be, in words.
         origin: the origin that `to_vehicle` was made from.
         follower: what is being flown, from pre-stream on.
+        alignment: where the vehicle is said to stand, and what came of it; None where the plan lies as it is.
         failsafes_wanted: the parameters that are set for this flight, and `failsafes_before` what they were.
     """
 
@@ -63,6 +68,7 @@ class Situation:
     awaited: str = ""
     reference: Reference | None = None
     follower: Follower | None = None
+    alignment: Alignment | None = None
     failsafes_wanted: dict[str, float] = field(default_factory=dict)
     failsafes_before: dict[str, float] = field(default_factory=dict)
 

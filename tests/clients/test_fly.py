@@ -10,9 +10,11 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 from pymavlink import mavutil
 
 from mavspiral.flight.journal import read_journal
+from mavspiral.progress import progress_of
 from mavspiral.survey.solids import Solids
 
 ROOT = Path(__file__).parents[2]
@@ -91,6 +93,21 @@ def test_killed_in_mid_inspection_it_resumes_and_every_wall_is_seen(start_vehicl
     assert 0.0 < second.begin["begin_s"] < second.begin["end_s"] and second.end["ok"]
     for number in ("", ".1"):
         assert (tmp_path / f"kiosk{number}.flight.npz").stat().st_size > 10_000
+
+
+def test_aligned_on_the_ground_the_shift_is_in_the_journal(start_vehicle, planned, tmp_path):
+    """The vehicle stands 2 m east and 1 m north of where the map has the mission's home."""
+    kiosk = planned("kiosk")
+    place = kiosk.site.heights.frame.geo_point(kiosk.home_enu_m + np.array([2.0, 1.0, 0.0]))
+    vehicle = start_vehicle("--home", f"{place.lat_deg:.8f},{place.lon_deg:.8f},{place.alt_amsl_m:.2f},40")
+    code, errors = (flying := Flying(vehicle, tmp_path, "--align", "home", "--dry-run", "--json")).end()
+    assert code == 0, errors
+    flying.wait_for("aligned")
+    aligned = json.loads(flying.lines[0])["aligned"]
+    assert (aligned["east_m"], aligned["north_m"]) == pytest.approx((2.0, 1.0), abs=0.1)
+    assert progress_of(kiosk, tmp_path / "kiosk.journal").shift_enu_m == pytest.approx(
+        [aligned["east_m"], aligned["north_m"], 0.0], abs=1e-3
+    )
 
 
 def test_a_hung_process_leaves_the_vehicle_to_its_own_failsafe_and_clear_of_the_building(

@@ -127,19 +127,35 @@ def test_a_link_that_loses_three_frames_of_ten_does_not_end_the_flight_and_repea
 
 
 @pytest.mark.parametrize(
-    ("fault", "reason"),
+    ("fault", "reason", "end"),
     [
-        ("gps_loss@60s+20s", "the vehicle's own failsafe took over: AUTO.LAND"),
-        ("battery=critical@60s", "the vehicle's own failsafe took over: AUTO.LOITER"),
-        ("link_loss@60s+20s", "link lost"),
+        ("gps_loss@60s+20s", "the vehicle's own failsafe took over: AUTO.LAND", "m from home"),
+        ("battery=critical@60s", "the vehicle's own failsafe took over: AUTO.LOITER", "in LAND"),
+        ("link_loss@60s+20s", "link lost", "in RETURN, 0.0 m from home"),
     ],
 )
-def test_a_failsafe_takes_the_flight_over_and_the_log_says_so(planned, fault, reason):
+def test_a_failsafe_takes_the_flight_over_and_is_watched_to_its_end(planned, fault, reason, end):
+    """The log ends with the session; the clearance is of all that the vehicle then did by itself, too."""
     flight = simulate(planned("kiosk"), seed=1, faults=(fault,))
     assert not flight.passed
     assert reason in flight.outcome.reason
-    assert any(reason in event.text for event in flight.log.events)
+    *_, said, last = flight.log.events
+    assert reason in said.text
+    assert last.text.startswith("left alone the vehicle has disarmed") and end in last.text
+    assert flight.clearance_t_s[-1] > flight.log.t_us[-1] / 1e6 + 10.0
     assert flight.clearance_min_m >= 3.0
+
+
+def test_a_vehicle_whose_failsafe_does_nothing_is_said_to_hang_in_the_air(planned):
+    """ArduPilot's FS_GCS_ENABLE is 0: without its setpoints it holds, and nobody brings it home."""
+    flight = simulate(planned("kiosk"), seed=1, faults=("link_loss@90s",), autopilot="ardupilot")
+    assert "link lost" in flight.outcome.reason and not flight.passed
+    assert "is still armed after 300 s, in GUIDED" in flight.log.events[-1].text
+
+
+def test_what_a_vehicle_does_alone_repeats_to_the_bit(planned):
+    first, again = (simulate(planned("kiosk"), seed=1, faults=("link_loss@60s",)) for _ in range(2))
+    assert np.array_equal(first.clearance_m, again.clearance_m) and first.log.events == again.log.events
 
 
 def test_wind_is_felt_and_survived(planned):

@@ -9,16 +9,17 @@ from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import ROW_N
 from mavspiral.flight.journal import JournalWriter
 from mavspiral.progress import progress_of
-from mavspiral.sorties import overlapping_s
 
 
-def journal(path, inspection, to_s, *, digest=None, resumes=False, begin_s=0.0):
+def journal(path, inspection, to_s, *, digest=None, resumes=False, begin_s=0.0, shift_enu_m=None):
     """A flight of a sortie from `begin_s`, along it for `to_s`, written record by record."""
     sortie = inspection.sortie(begin_s, inspection.duration_s)
     facts = {"digest": digest or inspection.digest, "resumes": resumes, "begin_s": sortie.begin_s}
     data = bytearray()
     writer = JournalWriter(data.extend)
     writer.begin({**facts, "end_s": sortie.end_s})
+    if shift_enu_m is not None:
+        writer.aligned(shift_enu_m)
     origin = inspection.site.heights.frame.origin
     place = {
         "origin": [origin.lat_deg, origin.lon_deg, origin.alt_amsl_m],
@@ -39,7 +40,8 @@ def test_it_goes_on_where_the_path_time_ended(planned, tmp_path):
     journal(tmp_path / "j", kiosk, 20.0)
     progress = progress_of(kiosk, tmp_path / "j")
     assert progress.done_s == pytest.approx(20.0, abs=0.03) and progress.flights_n == 1
-    begin_s = overlapping_s(kiosk.shots_s, progress.done_s)
+    [(begin_s, end_s)] = progress.left_s
+    assert 10.0 < begin_s < 20.0 and end_s == kiosk.duration_s
     sortie = journal(tmp_path / "j", kiosk, 15.0, resumes=True, begin_s=begin_s)
     progress = progress_of(kiosk, tmp_path / "j")
     assert progress.flights_n == 2
@@ -74,3 +76,30 @@ def test_what_is_finished_is_not_resumed(planned, tmp_path):
     journal(tmp_path / "j", kiosk, kiosk.duration_s + 1.0)
     with pytest.raises(InputError, match="nothing is left to fly"):
         progress_of(kiosk, tmp_path / "j")
+
+
+def test_an_alignment_is_kept_be_it_of_a_dry_run_and_the_log_is_of_the_plan_as_it_lay(planned, tmp_path):
+    kiosk = planned("kiosk")
+    shift_enu_m = np.array([2.0, -1.0, 0.0])
+    journal(tmp_path / "j", kiosk, 20.0, shift_enu_m=shift_enu_m)
+    progress = progress_of(kiosk, tmp_path / "j")
+    assert np.array_equal(progress.shift_enu_m, shift_enu_m)
+    # Its rows are at the vehicle's origin, which is the plan's: the plan that lies 2 m east has that 2 m to its west.
+    assert progress.logs[0].estimate_position_enu_m[0] == pytest.approx(-shift_enu_m, abs=1e-3)
+    journal(tmp_path / "j", kiosk, 0.0, shift_enu_m=-shift_enu_m)
+    progress = progress_of(kiosk, tmp_path / "j")
+    assert progress.done_s == pytest.approx(20.0, abs=0.03)
+    assert np.array_equal(progress.shift_enu_m, -shift_enu_m)
+
+
+def test_who_begins_afresh_without_alignment_resumes_without_it(planned, tmp_path):
+    kiosk = planned("kiosk")
+    journal(tmp_path / "j", kiosk, 20.0, shift_enu_m=np.array([2.0, -1.0, 0.0]))
+    journal(tmp_path / "j", kiosk, 5.0)
+    assert progress_of(kiosk, tmp_path / "j").shift_enu_m is None
+
+
+def test_an_alignment_of_another_plan_is_refused(planned, tmp_path):
+    journal(tmp_path / "j", planned("asilo"), 0.0, shift_enu_m=np.ones(3))
+    with pytest.raises(InputError, match="holds flights of another plan"):
+        progress_of(planned("kiosk"), tmp_path / "j")

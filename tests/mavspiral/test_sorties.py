@@ -10,7 +10,7 @@ import pytest
 from mavspiral.brief import camera_of, limits_of, pace_of
 from mavspiral.errors import LimitError
 from mavspiral.motion.timing import fastest_law
-from mavspiral.sorties import OVERLAP_SHOTS_N, digest_of, overlapping_s, plan_sorties, stretch
+from mavspiral.sorties import OVERLAP_SHOTS_N, digest_of, plan_sorties, stretch
 
 
 @pytest.fixture(scope="module")
@@ -84,12 +84,6 @@ def test_one_battery_that_lasts_flies_it_in_one(legs, shots_s, retime):
 def test_a_battery_that_does_not_even_last_there_and_back_is_refused(legs, shots_s, retime):
     with pytest.raises(LimitError, match="endurance_s = 60 leaves nothing"):
         plan_sorties(legs, shots_s, endurance_s=60.0, flight_s=lambda s: 60.0 + work_s(s), retime=retime)
-
-
-def test_it_begins_again_some_shots_before(shots_s):
-    assert overlapping_s(shots_s, shots_s[10]) == shots_s[10 - OVERLAP_SHOTS_N]
-    assert overlapping_s(shots_s, shots_s[10] + 0.3) == shots_s[10 - OVERLAP_SHOTS_N]
-    assert overlapping_s(shots_s, 0.0) == overlapping_s(shots_s, shots_s[1]) == 0.0
 
 
 def test_another_plan_has_another_digest(planned, legs, shots_s):
