@@ -138,18 +138,13 @@ def _session(
             shots=inspection.shot_orders(sortie),
             tap=tap,
         )
-    if inspection.mission.vehicle.autopilot != "px4":
-        raise InputError(
-            f"{inspection.mission.name}: the exported mission is flown in simulation as PX4 alone yet. "
-            "Fix: --via stream, or --autopilot px4"
-        )
     documents = inspection_documents(inspection, inspection_missions(inspection))
     if len(documents) > 1:
         raise InputError(
             f"{inspection.mission.name}: as a mission it takes {len(documents)} sorties, and one flight is simulated. "
             "Fix: larger [vehicle] max_items or endurance_s"
         )
-    return AutoFlight(mission_lists(documents[0]), tap=tap)
+    return AutoFlight(mission_lists(documents[0]), PROFILES[inspection.mission.vehicle.autopilot], tap=tap)
 
 
 def _config(
