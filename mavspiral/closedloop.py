@@ -196,7 +196,7 @@ def _session(
 ) -> Session | AutoFlight:
     """Who flies the vehicle: we by a stream, or it by itself with the exported mission."""
     if order.auto is not None:
-        return AutoFlight(order.auto[0], tap=tap)
+        return AutoFlight(order.auto[0], PROFILES[inspection.mission.vehicle.autopilot], tap=tap)
     return Session(
         lambda home_enu_m: inspection.route_from(home_enu_m, order.sortie),
         inspection.site.heights.frame,
