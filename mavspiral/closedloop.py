@@ -115,11 +115,6 @@ def _orders(inspection: Inspection, via: Via) -> tuple[_Order, ...]:
     if via == "stream":
         return tuple(map(_Order, inspection.sorties()))
     name = inspection.mission.name
-    if inspection.mission.vehicle.autopilot != "px4":
-        raise InputError(
-            f"{name}: the exported mission is flown in simulation as PX4 alone yet. "
-            "Fix: --via stream, or --autopilot px4"
-        )
     handover = inspection_missions(inspection)
     if handover.refusals:
         raise LimitError(f"{name}: {'; '.join(handover.refusals)}")
