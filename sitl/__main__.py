@@ -50,7 +50,12 @@ class _Parser(argparse.ArgumentParser):
 
 def main(argv: list[str] | None = None) -> int:
     """Run the vehicle until Ctrl-C or SIGTERM. Returns the exit code: 2 when a port is taken or an option is wrong."""
-    options = _options().parse_args(argv)
+    parser = _options()
+    options = parser.parse_args(argv)
+    if options.camera and options.autopilot == "ardupilot":
+        parser.error(
+            "--camera is a PX4's component; an ArduPilot has its camera itself, always: leave it out"
+        )
     with contextlib.suppress(ValueError):  # not in the main thread: then it is the caller who ends us
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     home, heading_ned_rad = options.home
@@ -106,7 +111,8 @@ def main(argv: list[str] | None = None) -> int:
 
     def tell() -> bool:
         nonlocal ready
-        if not ready and simulator.report.flight.ready:
+        flight = simulator.report.flight
+        if not ready and flight.ready and flight.knows_place:
             ready = True
             print(f"[{1e-6 * simulator.time_us:8.2f} s] ready to arm", flush=True)
         for event in simulator.take_events():
@@ -185,7 +191,7 @@ def _options() -> argparse.ArgumentParser:
     add("--fault", type=_fault, action="append", default=[], metavar="SPEC",
         help="NAME[=VALUE]@START[+DURATION], such as gps_loss@60s+20s; repeatable")  # fmt: skip
     add("--signing", type=_key, metavar="KEYFILE", help="sign all, and refuse what is not signed")
-    add("--camera", action="store_true", help="it carries a camera on a gimbal that answers MAVLink")
+    add("--camera", action="store_true", help="a PX4 carries a camera on a gimbal that answers MAVLink")
     add("--tlog", type=_log_path, metavar="FILE", help="write down all that passes on the links")
     return parser
 

@@ -20,6 +20,7 @@ __all__ = [
     "ardupilot_links",
     "datagrams",
     "is_free",
+    "listening",
     "px4_links",
     "run",
     "signing_timestamp",
@@ -119,9 +120,12 @@ class UdpLink:
         self._socket.close()
 
 
-def is_free(port: int) -> bool:
-    """Whether nobody on this machine listens on that UDP port."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+def is_free(port: int, kind: str = "UDP") -> bool:
+    """Whether nobody on this machine listens on that UDP or TCP port."""
+    stream = kind == "TCP"
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM if stream else socket.SOCK_DGRAM) as probe:
+        if stream:  # a connection that has ended holds no port
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind(("127.0.0.1", port))
         except OSError:
@@ -279,6 +283,20 @@ def _listens(port: int) -> bool:
         except OSError:
             return False
     return True
+
+
+@contextlib.contextmanager
+def listening(port: int) -> Iterator[None]:
+    """Hold that UDP port, as a ground station does that only listens.
+
+    Raises:
+        PortTakenError: somebody else has it.
+    """
+    link = UdpLink("127.0.0.1", port, port)
+    try:
+        yield
+    finally:
+        link.close()
 
 
 def run(

@@ -1,7 +1,7 @@
 """pytest fixtures: a vehicle to test one's own MAVLink code against, and missions flown closed loop.
 
-`sitl_vehicle` is a running vehicle over UDP, on free ports, ready to arm. `closed_loop` flies a mission file in
-lockstep. Options (`--sitl-seed` and so on) set what holds for all tests, `@pytest.mark.sitl(seed=3, wind_mps=5)`
+`sitl_vehicle` is a running vehicle on free ports, ready to arm, as PX4 over UDP or as ArduPilot over TCP.
+`closed_loop` flies a mission file in lockstep. Options (`--sitl-seed` and so on) set what holds for all tests, `@pytest.mark.sitl(seed=3, wind_mps=5)`
 for one. Of a failed test log and figure are kept, and the report says where. Importing this costs nothing.
 """
 
@@ -30,13 +30,16 @@ _KEPT_IN = "sitl-failures"
 def pytest_addoption(parser: pytest.Parser) -> None:
     """What holds for all tests that no marker says otherwise of."""
     group = parser.getgroup("sitl", "the bundled vehicle (sitl_vehicle, closed_loop)")
-    group.addoption("--sitl-dialect", metavar="NAME", help="whose behaviour on the link (px4)")
+    group.addoption("--sitl-dialect", metavar="NAME", help="px4 or ardupilot (px4; a mission's own)")
     group.addoption("--sitl-seed", type=int, metavar="N", help="of the senses' noise (0)")
     group.addoption("--sitl-wind", type=float, metavar="MPS", help="steady wind (0)")
     group.addoption("--sitl-gusts", action="store_true", default=None, help="turbulence on top of it")
     group.addoption("--sitl-fault", action="append", metavar="SPEC", help="as gps_loss@60s+20s; repeatable")
     group.addoption("--sitl-airframe", metavar="NAME", help="which body (x500; a mission's own)")
     group.addoption("--sitl-speedup", type=float, metavar="X", help="times real time, over UDP (1)")
+    group.addoption(
+        "--sitl-camera", action="store_true", default=None, help="a PX4 carries a camera on a gimbal"
+    )
     group.addoption("--sitl-keep", metavar="DIR", help=f"where failed tests leave their logs ({_KEPT_IN})")
 
 
@@ -49,7 +52,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def sitl_options(request: pytest.FixtureRequest) -> SitlOptions:
     """What the command line and this test's marker ask for."""
     option = request.config.getoption
-    asked = {
+    asked: dict[str, Any] = {
         "dialect": option("--sitl-dialect"),
         "seed": option("--sitl-seed"),
         "wind_mps": option("--sitl-wind"),
@@ -57,27 +60,31 @@ def sitl_options(request: pytest.FixtureRequest) -> SitlOptions:
         "faults": tuple(option("--sitl-fault") or ()) or None,
         "airframe": option("--sitl-airframe"),
         "speedup": option("--sitl-speedup"),
+        "camera": option("--sitl-camera"),
     }
-    options = SitlOptions(**{name: value for name, value in asked.items() if value is not None})
+    asked = {name: value for name, value in asked.items() if value is not None}
     for marker in reversed(list(request.node.iter_markers("sitl"))):
         unknown = sorted(set(marker.kwargs) - set(_FIELDS))
         if marker.args or unknown:
             wrong = [*map(repr, marker.args), *unknown]
             raise pytest.UsageError(f"@pytest.mark.sitl({', '.join(wrong)}): it takes {', '.join(_FIELDS)}")
-        options = replace(options, **marker.kwargs)
-    return options
+        asked |= marker.kwargs
+    try:
+        return SitlOptions(**asked)
+    except ValueError as error:
+        raise pytest.UsageError(f"sitl: {error}") from None
 
 
 @pytest.fixture
 def sitl_vehicle(
     request: pytest.FixtureRequest, sitl_options: SitlOptions, tmp_path: Path
 ) -> Iterator[SitlVehicle]:
-    """A vehicle over UDP, ready to arm: `sitl_vehicle.url` is where MAVSDK finds it."""
+    """A vehicle over UDP or TCP, ready to arm: `sitl_vehicle.url` is where MAVSDK finds it."""
     from sitl.pytest_plugin.evidence import keep_vehicle
 
     try:
         vehicle = start_vehicle(sitl_options, tmp_path / "vehicle.tlog")
-    except (RuntimeError, ValueError) as error:
+    except RuntimeError as error:
         pytest.fail(f"sitl_vehicle: {error}", pytrace=False)
     _keepers(request).append(lambda folder: keep_vehicle(vehicle, folder))
     try:
@@ -91,8 +98,8 @@ def closed_loop(request: pytest.FixtureRequest, sitl_options: SitlOptions) -> Ca
     """Flies a mission file in lockstep and measures the flight.
 
     As in `flight = closed_loop("hut.toml", seed=3)`; then `flight.passed`, `flight.failures` and `flight.summary()`
-    say what came of it. A keyword (seed, wind_mps, gusts, faults, airframe) goes before the marker's and the
-    command line's. The dialect is the mission's.
+    say what came of it. A keyword (dialect, seed, wind_mps, gusts, faults, airframe) goes before the marker's and
+    the command line's; the camera is the mission's.
     """
 
     def fly(mission: Any, **changes: Any) -> Flight:
@@ -110,6 +117,7 @@ def closed_loop(request: pytest.FixtureRequest, sitl_options: SitlOptions) -> Ca
             wind_mps=options.wind_mps,
             gusts=options.gusts,
             faults=tuple(options.faults),
+            autopilot=options.dialect,
         )
         keepers = _keepers(request)
         name = f"{brief.name}-{len(keepers)}"

@@ -6,28 +6,30 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from sitl.link.endpoint import GCS_PORTS, OFFBOARD_PORTS, is_free
+from sitl.link.endpoint import PortTakenError, listening
+from sitl.pytest_plugin.ports import DIALECTS, Dialect, Ports, free_ports
 
 __all__ = ["SitlOptions", "SitlVehicle", "start_vehicle"]
 
-DIALECTS = ("px4",)
 HOME = (23.96028, 32.8675, 188.5, 40.0)
 START_LIMIT_S = 240.0  # numba may have to compile first
 _STOP_LIMIT_S = 10.0
-# PX4's ports lie 10, 30 and 40 apart: within a block of ten and blocks of fifty no two vehicles share one.
-_INSTANCES = tuple(block + i for block in (20, 70, 120, 170, 220) for i in range(10))
-_WORKERS_APART = 7
 
 
 @dataclass(frozen=True, slots=True)
 class SitlOptions:
-    """What the vehicle shall be like; `home` is latitude, longitude, metres above the sea, heading in degrees."""
+    """What the vehicle shall be like; `home` is latitude, longitude, metres above the sea, heading in degrees.
 
-    dialect: str = "px4"
+    Without a dialect or an airframe a vehicle is a PX4 x500, and a mission flies with its own.
+
+    Raises:
+        ValueError: a dialect that the vehicle does not speak.
+    """
+
+    dialect: Dialect | None = None
     seed: int = 0
     wind_mps: float = 0.0
     gusts: bool = False
@@ -37,9 +39,20 @@ class SitlOptions:
     camera: bool = False
     home: tuple[float, float, float, float] = HOME
 
+    def __post_init__(self) -> None:
+        """Judge what the command line and markers say."""
+        if self.dialect not in (None, *DIALECTS):
+            raise ValueError(f"dialect {self.dialect!r}: the vehicle speaks {', '.join(DIALECTS)}")
+
     def arguments(self) -> list[str]:
         """The same as options of `python -m sitl`."""
-        words = ["--autopilot", self.dialect, "--seed", str(self.seed), f"--wind={self.wind_mps}"]
+        words = [
+            "--autopilot",
+            self.dialect or DIALECTS[0],
+            "--seed",
+            str(self.seed),
+            f"--wind={self.wind_mps}",
+        ]
         words += ["--speedup", str(self.speedup), "--home=" + ",".join(map(repr, self.home))]
         words += ["--airframe", self.airframe] if self.airframe else []
         words += ["--gust"] if self.gusts else []
@@ -51,20 +64,21 @@ class SitlOptions:
 class SitlVehicle:
     """A running vehicle that is ready to arm, and where to find it.
 
-    `url` is for MAVSDK, `mavutil_url` for pymavlink; both listen on `port`, where the vehicle sends to. `gcs_*`
-    are its second link's, as a ground station has it. `lines` is what it has printed so far.
+    `url` is for MAVSDK, `mavutil_url` for pymavlink: UDP ports to listen on where it sends to, or an ArduPilot's TCP
+    port to connect to. `gcs_*` are its second link's, UDP in both dialects, as a ground station has it. `lines` is
+    what it has printed so far.
     """
 
     options: SitlOptions
-    instance: int
+    ports: Ports
     process: subprocess.Popen[str]
     lines: list[str]
     tlog: Path
 
     @property
-    def dialect(self) -> str:
+    def dialect(self) -> Dialect:
         """Whose behaviour it shows."""
-        return self.options.dialect
+        return self.options.dialect or DIALECTS[0]
 
     @property
     def seed(self) -> int:
@@ -77,29 +91,34 @@ class SitlVehicle:
         return self.options.home
 
     @property
+    def instance(self) -> int:
+        """Which of the vehicles on this machine."""
+        return self.ports.instance
+
+    @property
     def system_id(self) -> int:
         """Its MAVLink system."""
-        return self.instance + 1
+        return self.ports.instance + 1
 
     @property
     def port(self) -> int:
-        """Where a companion listens."""
-        return OFFBOARD_PORTS[1] + self.instance
+        """Where a companion listens, or an ArduPilot's companion connects to."""
+        return self.ports.companion
 
     @property
     def gcs_port(self) -> int:
         """Where a ground station listens."""
-        return GCS_PORTS[1] + self.instance
+        return self.ports.gcs
 
     @property
     def url(self) -> str:
         """The companion's link as MAVSDK spells it."""
-        return f"udpin://127.0.0.1:{self.port}"
+        return self.ports.url
 
     @property
     def mavutil_url(self) -> str:
         """The companion's link as pymavlink spells it."""
-        return f"udpin:127.0.0.1:{self.port}"
+        return self.ports.mavutil_url
 
     @property
     def gcs_url(self) -> str:
@@ -126,14 +145,16 @@ def start_vehicle(options: SitlOptions, tlog: Path) -> SitlVehicle:
     """A vehicle that has just become ready to arm.
 
     Raises:
-        ValueError: a dialect that the vehicle does not speak.
         RuntimeError: it did not start; its own words are in the message.
     """
-    if options.dialect not in DIALECTS:
-        raise ValueError(f"dialect {options.dialect!r}: the vehicle speaks {', '.join(DIALECTS)}")
-    for instance in _free_instances():
-        vehicle, ready = _launch(options, instance, tlog)
-        if not ready.wait(START_LIMIT_S):
+    for ports in free_ports(options.dialect or DIALECTS[0]):
+        try:
+            with listening(ports.gcs):  # an ArduPilot boots when somebody listens
+                vehicle, ready = _launch(options, ports, tlog)
+                came = ready.wait(START_LIMIT_S)
+        except PortTakenError:
+            continue
+        if not came:
             vehicle.stop()
             raise RuntimeError(f"not ready within {START_LIMIT_S:.0f} s: {vehicle.lines}")
         if vehicle.process.poll() is None:
@@ -144,17 +165,7 @@ def start_vehicle(options: SitlOptions, tlog: Path) -> SitlVehicle:
     raise RuntimeError("no free ports for another vehicle")
 
 
-def _free_instances() -> Iterator[int]:
-    """Instances whose ports are free, each xdist worker beginning elsewhere."""
-    worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")
-    first = _WORKERS_APART * int(worker) if worker.isdecimal() else 0
-    for i in range(len(_INSTANCES)):
-        instance = _INSTANCES[(first + i) % len(_INSTANCES)]
-        if all(is_free(port + instance) for port in (*OFFBOARD_PORTS, *GCS_PORTS)):
-            yield instance
-
-
-def _launch(options: SitlOptions, instance: int, tlog: Path) -> tuple[SitlVehicle, threading.Event]:
+def _launch(options: SitlOptions, ports: Ports, tlog: Path) -> tuple[SitlVehicle, threading.Event]:
     """The vehicle, and an event that is set when it is ready or has ended."""
     package = str(Path(__file__).parents[2])
     path = os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))
@@ -165,7 +176,7 @@ def _launch(options: SitlOptions, instance: int, tlog: Path) -> tuple[SitlVehicl
             "-P",
             "-m",
             "sitl",
-            f"--instance={instance}",
+            f"--instance={ports.instance}",
             f"--tlog={tlog}",
             *options.arguments(),
         ],
@@ -175,7 +186,7 @@ def _launch(options: SitlOptions, instance: int, tlog: Path) -> tuple[SitlVehicl
         stderr=subprocess.STDOUT,
         text=True,
     )
-    vehicle, ready = SitlVehicle(options, instance, process, [], tlog), threading.Event()
+    vehicle, ready = SitlVehicle(options, ports, process, [], tlog), threading.Event()
 
     def listen() -> None:
         assert process.stdout is not None

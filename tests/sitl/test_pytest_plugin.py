@@ -14,7 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from sitl.pytest_plugin.process import SitlOptions, _free_instances
+from sitl.pytest_plugin.ports import free_ports, ports_of
+from sitl.pytest_plugin.process import SitlOptions
 
 ROOT = Path(__file__).parents[2]
 
@@ -85,12 +86,69 @@ def test_a_wrong_wish_is_said_in_one_line(environment, tmp_path):
         ("sped=3", "it takes dialect, seed"),
         ("airframe='zeppelin'", "zeppelin"),
         ("faults=('rain@5s',)", "unknown 'rain'"),
-        ("dialect='betaflight'", "the vehicle speaks px4"),
+        ("dialect='betaflight'", "the vehicle speaks px4, ardupilot"),
     ):
         (tmp_path / "test_wrong.py").write_text(tests.format(wrong))
         done = run(environment, tmp_path)
         assert "1 error" in done.stdout
         assert said in done.stdout, done.stdout
+    (tmp_path / "test_wrong.py").write_text(tests.format(""))
+    done = run(environment, tmp_path, "--sitl-dialect=ardupilot", "--sitl-camera")
+    assert "--camera is a PX4's component" in done.stdout, done.stdout
+
+
+ARDUCOPTER = """
+import pytest
+from pymavlink import mavutil
+
+CONTROL = mavutil.mavlink.MAV_CMD_COMPONENT_ARM_DISARM
+
+
+def test_it_arms_in_guided_at_once(sitl_vehicle):
+    assert sitl_vehicle.mavutil_url == f"tcp:127.0.0.1:{sitl_vehicle.port}"
+    link = mavutil.mavlink_connection(sitl_vehicle.mavutil_url, dialect="ardupilotmega")
+    assert link.wait_heartbeat(timeout=10).autopilot == mavutil.mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+    assert link.target_system == sitl_vehicle.system_id
+    link.set_mode("GUIDED")
+    link.mav.command_long_send(link.target_system, 1, CONTROL, 0, 1, 0, 0, 0, 0, 0, 0)
+    while (ack := link.recv_match(type="COMMAND_ACK", blocking=True, timeout=5)).command != CONTROL:
+        pass
+    assert ack.result == 0
+    link.close()
+
+
+def test_mavsdk_finds_it_and_so_does_a_ground_station(sitl_vehicle):
+    from mavsdk import Configuration, Mavsdk
+    from mavsdk.component_type import ComponentType
+
+    mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+    mavsdk.add_any_connection(sitl_vehicle.url)
+    assert mavsdk.first_autopilot(10.0).get_system_id() == sitl_vehicle.system_id
+    mavsdk.destroy()
+    link = mavutil.mavlink_connection(sitl_vehicle.gcs_mavutil_url)
+    assert link.wait_heartbeat(timeout=10).get_srcSystem() == sitl_vehicle.system_id
+
+
+@pytest.mark.sitl(dialect="px4", camera=True)
+def test_the_marker_goes_first(sitl_vehicle):
+    link = mavutil.mavlink_connection(sitl_vehicle.mavutil_url)
+    kinds = {link.recv_match(type="HEARTBEAT", blocking=True, timeout=10).type for _ in range(4)}
+    assert kinds == {mavutil.mavlink.MAV_TYPE_QUADROTOR, mavutil.mavlink.MAV_TYPE_CAMERA}
+
+
+def test_a_mission_is_flown_in_it(closed_loop):
+    flight = closed_loop("hut.toml")
+    assert flight.summary()["autopilot"] == "ardupilot"
+    assert flight.passed, flight.failures
+"""
+
+
+def test_the_same_project_flies_an_arducopter(environment, tmp_path):
+    project = tmp_path / "foreign"
+    shutil.copytree(ROOT / "tests/foreign", project, ignore=shutil.ignore_patterns("__pycache__", "test_*"))
+    (project / "test_arducopter.py").write_text(ARDUCOPTER)
+    done = run(environment, project, *("--sitl-dialect", "ardupilot", "--sitl-speedup", "20"))
+    assert "4 passed" in done.stdout, done.stdout + done.stderr
 
 
 def test_the_plugin_costs_nothing_to_load(environment):
@@ -102,11 +160,21 @@ def test_the_plugin_costs_nothing_to_load(environment):
     assert done.stdout.strip() == "[]"
 
 
-def test_no_two_instances_share_a_port():
-    listens = [{14540 + n, 14550 + n, 14580 + n, 18570 + n} for n in _free_instances()]
-    assert len(listens) > 10
-    assert all(len(ports) == 4 for ports in listens)
-    assert sum(map(len, listens)) == len(set().union(*listens))
+def test_no_two_instances_of_either_dialect_share_a_port():
+    free = [ports for dialect in ("px4", "ardupilot") for ports in free_ports(dialect)]
+    assert len(free) > 100
+    udp, tcp = [{port for ports in free for port in getattr(ports, kind)} for kind in ("udp", "tcp")]
+    assert len(udp) == sum(len(ports.udp) for ports in free)
+    assert len(tcp) == sum(len(ports.tcp) for ports in free)
+    assert not {14540, 14550, 14580, 18570} & udp
+    assert not {5760, 5762, 5763} & tcp
+
+
+def test_where_a_client_finds_each_dialect():
+    px4, ardupilot = ports_of("px4", 20), ports_of("ardupilot", 40)
+    assert (px4.url, px4.mavutil_url) == ("udpin://127.0.0.1:14560", "udpin:127.0.0.1:14560")
+    assert (ardupilot.url, ardupilot.mavutil_url) == ("tcpout://127.0.0.1:6160", "tcp:127.0.0.1:6160")
+    assert (px4.gcs, ardupilot.gcs) == (14570, 14950)
 
 
 def test_options_become_the_vehicles_own():
@@ -116,4 +184,6 @@ def test_options_become_the_vehicles_own():
     parsed = _options().parse_args(options.arguments())
     assert (parsed.seed, parsed.gust, parsed.airframe, len(parsed.fault)) == (3, True, "x500", 1)
     assert parsed.wind[1] == pytest.approx(-2.5)
+    assert not parsed.camera
+    assert _options().parse_args(SitlOptions(camera=True).arguments()).camera
     assert parsed.home[0].lat_deg == options.home[0]
