@@ -112,11 +112,6 @@ def _orders(inspection: Inspection, via: Via) -> tuple[_Order, ...]:
     if via == "stream":
         return tuple(map(_Order, inspection.sorties()))
     name = inspection.mission.name
-    if inspection.mission.vehicle.autopilot != "px4":
-        raise InputError(
-            f"{name}: the exported mission is flown in simulation as PX4 alone yet. "
-            "Fix: --via stream, or --autopilot px4"
-        )
     handover = inspection_missions(inspection)
     if handover.refusals:
         raise LimitError(f"{name}: {'; '.join(handover.refusals)}")
@@ -159,14 +154,15 @@ def _session(
     inspection: Inspection, order: _Order, tap: Callable[[int, bytes], None]
 ) -> Session | AutoFlight:
     """Who flies the vehicle: we by a stream, or it by itself with the exported mission."""
+    profile = PROFILES[inspection.mission.vehicle.autopilot]
     if order.auto is not None:
-        return AutoFlight(order.auto[0], tap=tap)
+        return AutoFlight(order.auto[0], profile, tap=tap)
     return Session(
         lambda home_enu_m: inspection.route_from(home_enu_m, order.sortie),
         inspection.site.heights.frame,
         SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
         way_home=inspection.way_home,
-        profiles=(PROFILES[inspection.mission.vehicle.autopilot],),
+        profiles=(profile,),
         shots=inspection.shot_orders(order.sortie),
         tap=tap,
     )

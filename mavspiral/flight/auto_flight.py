@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from mavspiral.errors import LimitError, LinkError, MavspiralError
+from mavspiral.flight.ardupilot import ARDUPILOT
 from mavspiral.flight.flight_log import NO_LEG, Event, FlightLog, Recorder
 from mavspiral.flight.link import Link
 from mavspiral.flight.messages import (
@@ -208,7 +209,9 @@ class AutoFlight:
     def _uploaded(self) -> bool:
         """Whether all lists are up and came back equal."""
         if self._upload is None:
-            self._upload = PlanUpload(self._link, self._lists)
+            self._upload = PlanUpload(
+                self._link, self._lists, home_first=self._profile.autopilot == ARDUPILOT.autopilot
+            )
         if not self._upload.done:
             return False
         for kind, wrong in self._upload.differences.items():
@@ -219,6 +222,10 @@ class AutoFlight:
         return True
 
     def _ask_arm(self) -> bytes:
+        """Where arming wants a mode of its own, that first: it waits there until the vehicle knows its place."""
+        mode = self._profile.arm_in
+        if mode is not None and self._vehicle.mode != mode.custom_mode:
+            return self._link.command(Command.DO_SET_MODE, *mode.command)
         return self._link.command(Command.COMPONENT_ARM_DISARM, 1.0)
 
     def _armed(self) -> bool:

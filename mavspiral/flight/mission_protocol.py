@@ -32,6 +32,7 @@ STUCK_US = 6_000_000
 """PX4 gives an upload up after 5 s without an item; then it can begin anew."""
 
 PATIENCE_US = 30_000_000
+_PLACELESS = 2  # MAV_FRAME_MISSION
 STARTS_MAX = 4
 
 
@@ -167,8 +168,8 @@ class MissionTransfer:
 def differences(sent: Sequence[MissionItem], back: Sequence[MissionItem]) -> tuple[str, ...]:
     """What came back otherwise than it was sent, one line for each item; numbers as MAVLink rounds them.
 
-    Nothing is a difference that means the same: the two spellings of a global frame, a heading one turn off, and
-    0 for a parameter that was left open.
+    Nothing is a difference that means the same: the two spellings of a global frame, any frame where MAV_FRAME_MISSION
+    said that there is no place (ArduPilot keeps 0), a heading one turn off, and 0 for a parameter that was left open.
     """
     if len(sent) != len(back):
         return (f"{len(sent)} items were sent, {len(back)} came back",)
@@ -178,7 +179,11 @@ def differences(sent: Sequence[MissionItem], back: Sequence[MissionItem]) -> tup
             f"{name} {a!r} came back as {b!r}"
             for name, a, b in (
                 ("command", ours.command, theirs.command),
-                ("frame", _frame(ours.frame), _frame(theirs.frame)),
+                (
+                    "frame",
+                    _frame(ours.frame),
+                    _frame(ours.frame if ours.frame == _PLACELESS else theirs.frame),
+                ),
                 ("x", ours.x, theirs.x),
                 ("y", ours.y, theirs.y),
                 ("autocontinue", ours.autocontinue, theirs.autocontinue),

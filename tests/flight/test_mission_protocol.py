@@ -138,3 +138,10 @@ def test_differences_are_told_and_spellings_are_not():
     assert told == (
         "item 1: x 474000000 came back as 474000001, param4 271.83 came back as 90, param7 20 came back as 21"
     )
+
+
+def test_the_frame_of_an_item_without_a_place_says_nothing_but_that_of_a_place_does():
+    speed = MissionItem(0, 178, 2, (1.0, 3.0, -1.0, 0.0), 0, 0, 0.0, True, MissionKind.MISSION)
+    place = waypoints(1)[0]
+    assert differences([speed], [speed._replace(frame=0)]) == ()
+    assert "frame 3 came back as 0" in differences([place], [place._replace(frame=0)])[0]
