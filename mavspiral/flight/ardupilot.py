@@ -119,6 +119,8 @@ ARDUPILOT = Profile(
         "FS_GCS_ENABLE": lambda now, _: now if now in _NEEDS_NOBODY else _RTL,
         "SYSID_MYGCS": lambda _now, _safe: float(SYSTEM_ID),
         "RTL_ALT": lambda now_cm, safe_m: max(now_cm, math.ceil(safe_m) / _CENTI),
+        # Near home its Return would stay below RTL_ALT, inside this cone; 0 is none.
+        "RTL_CONE_SLOPE": lambda _now, _safe: 0.0,
     },
     damping=None,
     feels_drag=False,

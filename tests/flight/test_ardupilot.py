@@ -66,6 +66,23 @@ class Flight:
         self.truth.append((self.now_us, *self.to_enu(self.simulator.truth.position_ned_m)))
         self.said, self.now_us = step.send, step.next_due_us
 
+    def hears(self, holds, for_s=0.5, *, deaf=False):
+        """What the second port hears; `deaf`: with the session hung, and nothing sent in its place."""
+        ears, heard, until_us = mavlink.MAVLink(None), [], self.now_us + for_s * 1e6
+        ears.robust_parsing = True
+        while self.now_us < until_us:
+            received, self.said, self.other = (b"" if deaf else self.said, self.other), b"", b""
+            own, others = self.simulator.exchange(self.now_us, received)
+            heard += [message for message in ears.parse_buffer(others) or [] if holds(message)]
+            if deaf:
+                self.truth.append((self.now_us, *self.to_enu(self.simulator.truth.position_ned_m)))
+                self.now_us += 10_000
+                continue
+            step = self.session.step(self.now_us, own)
+            self.events += step.events
+            self.said, self.now_us = step.send, step.next_due_us
+        return heard
+
     def until(self, holds, limit_s=300.0):
         while not holds():
             assert self.now_us < limit_s * 1e6, [event.text for event in self.events]
@@ -226,6 +243,53 @@ def test_with_safe_parameters_nothing_is_warned_of():
     flight = checked((b"FS_GCS_ENABLE", 1), (b"SYSID_MYGCS", 245), (b"GUID_TIMEOUT", 0.5), (b"RTL_ALT", 6000))
     assert flight.session.outcome.ok
     assert [event.text for event in flight.events if event.severity == "warning"] == []
+
+
+UNSAFE = {
+    "GUID_TIMEOUT": 3.0,
+    "FS_GCS_ENABLE": 0.0,
+    "SYSID_MYGCS": 255.0,
+    "RTL_ALT": 1500.0,
+    "RTL_CONE_SLOPE": 3.0,
+}  # as it boots
+SAFE = {
+    "GUID_TIMEOUT": 1.0,
+    "FS_GCS_ENABLE": 1.0,
+    "SYSID_MYGCS": 245.0,
+    "RTL_ALT": 4300.0,
+    "RTL_CONE_SLOPE": 0.0,
+}
+
+
+def parameters_of(flight):
+    """Those that make a lost link safe, as another ground station reads them."""
+    for name in SAFE:
+        flight.say(mavlink.MAVLink_param_request_read_message(1, 1, name.encode(), -1))
+    values = flight.hears(lambda message: message.get_type() == "PARAM_VALUE")
+    return {value.param_id: value.param_value for value in values if value.param_id in SAFE}
+
+
+def test_asked_to_it_sets_what_makes_a_lost_link_safe_and_puts_it_back():
+    flight = Flight(SessionConfig(set_failsafes=True, safe_height_enu_m=40.0))
+    flight.until(lambda: flight.session.state is State.STREAM and flight.session.path_t_s > 3.0)
+    assert parameters_of(flight) == SAFE
+    assert not flight.told("if the link is lost: nothing") and not flight.told("maybe through the building")
+    flight.fly()
+    assert flight.session.outcome.ok
+    assert parameters_of(flight) == UNSAFE
+
+
+def test_with_the_failsafes_set_a_silent_planner_means_return_above_the_building():
+    flight = Flight(SessionConfig(set_failsafes=True, safe_height_enu_m=40.0))
+    flight.until(lambda: flight.session.state is State.STREAM and flight.session.path_t_s > 12.0)
+    began = len(flight.truth)
+    messages = flight.hears(lambda message: message.get_type() == "HEARTBEAT", 90.0, deaf=True)
+    assert [message.custom_mode for message in messages][-1] == 6
+    heights_m = [row[3] for row in flight.truth[began:]]
+    assert max(heights_m) > 39.5
+    low = np.array([row[1:] for row in flight.truth[began:]])
+    over_home_m = np.linalg.norm(low[-1, :2] - HOME_ENU_M[:2])
+    assert over_home_m < 1.0 and heights_m[-1] < max(heights_m) - 5.0
 
 
 def test_a_failsafe_that_listens_to_another_system_is_said():
