@@ -190,14 +190,15 @@ def _session(
     inspection: Inspection, order: _Order, tap: Callable[[int, bytes], None]
 ) -> Session | AutoFlight:
     """Who flies the vehicle: we by a stream, or it by itself with the exported mission."""
+    profile = PROFILES[inspection.mission.vehicle.autopilot]
     if order.auto is not None:
-        return AutoFlight(order.auto[0], PROFILES[inspection.mission.vehicle.autopilot], tap=tap)
+        return AutoFlight(order.auto[0], profile, tap=tap)
     return Session(
         lambda home_enu_m: inspection.route_from(home_enu_m, order.sortie),
         inspection.site.heights.frame,
         SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
         way_home=inspection.way_home,
-        profiles=(PROFILES[inspection.mission.vehicle.autopilot],),
+        profiles=(profile,),
         shots=inspection.shot_orders(order.sortie),
         tap=tap,
     )
