@@ -274,7 +274,9 @@ def log_along(log: FlightLog, trajectory: Trajectory) -> FlightLog:
 def pictures_along(log: FlightLog, vehicle_s: FloatArray, trajectory: Trajectory) -> Shots:
     """The pictures taken at those times of the vehicle's clock, from where it truly was; pitch as planned for the place."""
     assert log.truth_position_enu_m is not None and log.truth_yaw_enu_rad is not None
-    logged = (vehicle_s >= log.vehicle_s[0]) & (vehicle_s <= log.vehicle_s[-1]) if len(log.vehicle_s) else []
+    if not len(log.vehicle_s):  # it never left the ground
+        return Shots(np.empty(0), np.empty((0, 3)), np.empty(0), np.empty(0))
+    logged = (vehicle_s >= log.vehicle_s[0]) & (vehicle_s <= log.vehicle_s[-1])
     path_t_s = np.interp(vehicle_s[logged], log.vehicle_s, log.path_t_s)
     pitch_rad = trajectory(log.path_t_s).gimbal_pitch_rad
     posed = shots_at(

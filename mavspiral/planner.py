@@ -120,10 +120,13 @@ class Inspection:
             LimitError: no battery lasts for the way there and back and some shots.
         """
         legs = self.tour
+        ways = ways_of(self.mission, self.site, self.clearance_required_m)
 
         def flight_s(sortie: Sortie) -> float:
             whole = sortie.legs == legs
-            return (self.trajectory if whole else self.route_from(self.home_enu_m, sortie)).duration_s
+            return (
+                self.trajectory if whole else route_of(self.site, sortie.legs, self.home_enu_m, ways)
+            ).duration_s
 
         return plan_sorties(
             legs,

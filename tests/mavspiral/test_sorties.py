@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
+from mavspiral import planner
 from mavspiral.brief import camera_of, limits_of, pace_of
 from mavspiral.errors import LimitError
 from mavspiral.motion.timing import fastest_law
@@ -89,3 +90,11 @@ def test_a_battery_that_does_not_even_last_there_and_back_is_refused(legs, shots
 def test_another_plan_has_another_digest(planned, legs, shots_s):
     assert digest_of(legs, shots_s) == digest_of(legs, shots_s) == planned("kiosk").digest
     assert planned("asilo").digest != planned("kiosk").digest != digest_of(legs, shots_s + 0.01)
+
+
+def test_what_stands_there_is_looked_at_once_for_all_sorties(planned, monkeypatch):
+    asilo, seen = planned("asilo"), []
+    ways_of = planner.ways_of
+    monkeypatch.setattr(planner, "ways_of", lambda *args: seen.append(args) or ways_of(*args))
+    assert len(asilo.sorties(endurance_s=180.0)) > 1
+    assert len(seen) == 1

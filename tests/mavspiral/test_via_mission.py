@@ -46,6 +46,14 @@ def test_same_seed_same_bits(planned, flown):
     assert np.array_equal(again.log.truth_position_enu_m, flown.log.truth_position_enu_m)
 
 
+def test_a_link_lost_before_the_take_off_is_a_flight_that_failed(planned):
+    flight = simulate(planned("kiosk"), via="mission", faults=("link_loss@5s",))
+    assert not flight.left_the_ground and not flight.passed
+    assert "link lost" in flight.outcome.reason
+    assert len(flight.shots) == 0 and flight.coverage.walls == 0.0
+    assert flight.summary()["tracking"]["p95_m"] is None
+
+
 def for_vehicle(inspection, **values):
     vehicle = inspection.mission.vehicle.model_copy(update=values)
     return replace(inspection, mission=inspection.mission.model_copy(update={"vehicle": vehicle}))
