@@ -41,6 +41,7 @@ REACH_M = 2000.0
 
 TURNS_MAX = 120
 HOME_LOWER_M = 3.0
+SLOWEST_MPS = 0.05
 NAVIGATION_SIGMA_M = {"rtk": 0.05, "standard": 1.0}
 TRACKING_SIGMA_M = 0.15
 
@@ -135,8 +136,18 @@ def sharpness_of(mission: Mission, camera: Camera) -> Callable[[float], float]:
 
 
 def pace_of(mission: Mission, camera: Camera, limits: Limits) -> Limits:
-    """The limits on the spiral: no faster than sharp pictures and the shutter allow."""
+    """The limits on the spiral: no faster than sharp pictures and the shutter allow.
+
+    Raises:
+        InputError: that is too slow to be meant.
+    """
     sharp_mps = sharpness_of(mission, camera)(mission.inspection.standoff_m)
+    if sharp_mps < SLOWEST_MPS:
+        raise InputError(
+            f"[camera] exposure_s = {camera.exposure_s:g} and min_interval_s = {camera.min_interval_s:g} allow "
+            f"{sharp_mps:.3f} m/s at standoff_m = {mission.inspection.standoff_m:g} for [quality] blur_max_px = "
+            f"{mission.quality.blur_max_px:g}, slower than {SLOWEST_MPS:g} m/s. Fix: a shorter exposure_s, or a larger blur_max_px"
+        )
     return limits if sharp_mps >= limits.speed_mps else replace(limits, speed_mps=sharp_mps)
 
 

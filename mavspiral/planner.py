@@ -298,6 +298,12 @@ def plan(mission: Mission) -> Inspection:
         side_overlap=mission.inspection.side_overlap,
     )
     coverage = measure_coverage(patches_of(site), shots, site, camera, demand_of(mission))
+    if coverage.walls == 0.0:
+        raise LimitError(
+            f"{mission.name}: no wall is seen within [quality] gsd_max_mm = {mission.quality.gsd_max_mm:g} and incidence_max_deg = "
+            f"{mission.quality.incidence_max_deg:g}: a pixel is {1e3 * camera.gsd_m(mission.inspection.standoff_m):.1f} mm at standoff_m = "
+            f"{mission.inspection.standoff_m:g}. Fix: a smaller standoff_m, a longer lens, or a larger gsd_max_mm"
+        )
     unseen = unseen_lines(
         coverage,
         shots,

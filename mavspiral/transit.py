@@ -204,7 +204,7 @@ def judge_home(heights: HeightMap, solids: Solids, home_enu_m: FloatArray, clear
     standing_m = float(heights.sample(home_enu_m))
     if standing_m > max(0.5, home_enu_m[2] + 0.5):
         raise InputError(
-            f"{where} at {home_enu_m[2]:.1f} m above ground is inside something {standing_m:.1f} m high. "
+            f"{where} at {home_enu_m[2] + 0.0:.1f} m above ground is inside something {standing_m:.1f} m high. "
             f"Fix: move it out, or home_height_m = {standing_m:.1f} to start from that roof"
         )
     on_a_roof = standing_m > 0.5

@@ -20,9 +20,13 @@ from mavspiral.shape.heightmap import HeightMap
 __all__ = ["Solids"]
 
 
+FOUNDATION_M = 1000.0
+"""A wall goes on below the map's ground: beside a building on a slope, that is where its foot is."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Solids:
-    """Boxes from the ground to `height_agl_m` over the cells of a grid; cells of height 0 are empty."""
+    """Boxes from far below the ground to `height_agl_m` over the cells of a grid; cells of height 0 are empty."""
 
     height_agl_m: FloatArray
     cell_m: float
@@ -143,6 +147,7 @@ def _distances(
         levels += 1
     stack = np.empty((4 * levels + 4, 3), dtype=np.int64)
     box = np.zeros(6)
+    box[4] = -FOUNDATION_M
     distances = np.full(len(positions), math.inf)
     near_r = near_c = -1
     for k in range(len(positions)):

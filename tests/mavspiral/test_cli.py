@@ -248,3 +248,16 @@ def test_fly_to_nobody_exits_3_and_a_bad_or_taken_link_exits_2(tmp_path):
     answer = run("fly", "missions/kiosk.toml", "--connect", "pigeon://roof", "--yes", "--out", tmp_path)
     assert answer.returncode == 2
     assert "pigeon" in answer.stderr
+
+
+def test_a_shutter_too_slow_for_any_pace_is_refused_before_anything_is_worked_out(tmp_path):
+    path = changed(tmp_path, "exposure_s = 0.00025", "exposure_s = 1.0")
+    answer = run("plan", path)
+    assert answer.returncode == 2 and len(answer.stderr.strip().splitlines()) == 1
+    assert "exposure_s = 1" in answer.stderr and "Fix:" in answer.stderr
+
+
+def test_a_plan_that_sees_no_wall_is_refused(tmp_path):
+    answer = run("plan", changed(tmp_path, "focal_length_mm = 8.8", "focal_length_mm = 2.0"))
+    assert answer.returncode == 1 and len(answer.stderr.strip().splitlines()) == 1
+    assert "no wall is seen" in answer.stderr and "gsd_max_mm" in answer.stderr and "Fix:" in answer.stderr

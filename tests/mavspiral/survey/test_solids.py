@@ -71,3 +71,11 @@ def test_without_boxes_nothing_is_near():
 def test_inside_a_box_the_distance_is_zero():
     solids = Solids.of([[3.0]], CELL_M, ORIGIN_M)
     np.testing.assert_array_equal(solids.distance_m([[-3.9, 3.1, 2.9], [-3.9, 3.1, 3.5]]), [0.0, 0.5])
+
+
+def test_a_wall_goes_on_below_the_maps_ground():
+    heights = np.zeros((4, 4))
+    heights[1, 1] = 6.0
+    solids = Solids.of(heights, 1.0, (0.0, 0.0))
+    below = np.array([[5.0, 1.5, -40.0], [5.0, 1.5, 3.0]])
+    np.testing.assert_allclose(solids.distance_m(below), [3.0, 3.0])
