@@ -18,10 +18,11 @@ if TYPE_CHECKING:
     from mavspiral.errors import InputError, LimitError, LinkError, MavspiralError
     from mavspiral.flown import Flight, LiveFlight
     from mavspiral.frames import GeoPoint, LocalFrame
+    from mavspiral.inspection import Inspection
     from mavspiral.live import fly
     from mavspiral.mission import Mission, load_mission
     from mavspiral.motion.trajectory import Trajectory, TrajectoryState
-    from mavspiral.planner import Inspection, plan
+    from mavspiral.planner import plan
     from mavspiral.shape.heightmap import HeightMap, Site
 
 __all__ = [
@@ -55,7 +56,7 @@ _ROOMS = {
     "HeightMap": "shape.heightmap",
     "InputError": "errors",
     "LiveFlight": "flown",
-    "Inspection": "planner",
+    "Inspection": "inspection",
     "LimitError": "errors",
     "LinkError": "errors",
     "LocalFrame": "frames",

@@ -27,9 +27,10 @@ from mavspiral.flight.session import Session
 from mavspiral.flown import Flight, log_along, one_after_the_other, pictures_along
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
 from mavspiral.handover import inspection_documents, inspection_missions
+from mavspiral.inspection import Inspection
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Trajectory
-from mavspiral.planner import Inspection, plan
+from mavspiral.planner import plan
 from mavspiral.progress import captured_shots
 from mavspiral.sorties import Sortie
 from mavspiral.survey.solids import Solids

@@ -13,8 +13,8 @@ from mavspiral.export.tables import photos_csv, trajectory_csv
 from mavspiral.export.waypoints import waypoints_text
 from mavspiral.files import write_bytes, write_json, write_text
 from mavspiral.handover import Handover, inspection_documents, inspection_missions, mission_warnings
+from mavspiral.inspection import Inspection
 from mavspiral.motion.trajectory import belongs
-from mavspiral.planner import Inspection
 from mavspiral.show.figures import FlownPath, Profile, write_figure
 from mavspiral.show.report import report_html
 from mavspiral.show.rows import flight_rows, plan_rows

@@ -14,10 +14,10 @@ from mavspiral.flight.alignment import Alignment
 from mavspiral.flight.flight_log import Event, FlightLog, joined
 from mavspiral.flight.outcome import Outcome
 from mavspiral.flight.schedule import StreamFigures
+from mavspiral.inspection import Inspection
 from mavspiral.missed import Stretch
 from mavspiral.motion.nearest import path_times_s
 from mavspiral.motion.trajectory import Trajectory
-from mavspiral.planner import Inspection
 from mavspiral.progress import together
 from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.shots import Shots, shots_at

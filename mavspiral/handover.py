@@ -21,8 +21,9 @@ from mavspiral.export.items import MissionItems, mission_items
 from mavspiral.export.own_plan import own_notes
 from mavspiral.export.plan_file import plan_document
 from mavspiral.export.thinning import Tolerance, thin
+from mavspiral.inspection import Inspection
 from mavspiral.motion.trajectory import Trajectory
-from mavspiral.planner import CLEARANCE_GRID_S, Inspection
+from mavspiral.proof import CLEARANCE_GRID_S
 from mavspiral.sorties import OVERLAP_SHOTS_N, Sortie, shots_on
 from mavspiral.survey.shots import Shots
 from mavspiral.survey.solids import Solids

@@ -21,8 +21,9 @@ from mavspiral.flight.outcome import SessionConfig, Step
 from mavspiral.flight.realtime import drive, open_transport, signer_now
 from mavspiral.flight.session import Session
 from mavspiral.flown import LiveFlight
+from mavspiral.inspection import Inspection
 from mavspiral.mission import Mission
-from mavspiral.planner import Inspection, plan
+from mavspiral.planner import plan
 from mavspiral.progress import (
     Flown,
     Progress,

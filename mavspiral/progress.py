@@ -13,8 +13,8 @@ from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import FlightLog
 from mavspiral.flight.journal import read_journal
 from mavspiral.flight.shutter import Picture
+from mavspiral.inspection import Inspection
 from mavspiral.missed import Stretch, stretches_left
-from mavspiral.planner import Inspection
 from mavspiral.sorties import Sortie, flies
 from mavspiral.survey.shots import Shots, flown_shots, shots_at
 

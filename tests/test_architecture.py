@@ -17,7 +17,8 @@ closedloop live
 flown handover uploads
 progress recording
 show planner
-pieces route
+inspection
+pieces route proof
 courtyards roofs
 spirals roof_ways
 facades

@@ -27,11 +27,11 @@ from mavspiral.brief import camera_of, limits_of, pace_of
 from mavspiral.curve.gaze import inward_gaze
 from mavspiral.curve.line import LinePath
 from mavspiral.curve.spiral import plan_spiral
+from mavspiral.inspection import Inspection
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import Leg, Trajectory
 from mavspiral.motion.turn import TurnGaze
-from mavspiral.planner import Inspection
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.parts import parts_of
 from mavspiral.shape.slicing import solid_distance

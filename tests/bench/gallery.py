@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from mavspiral import load_mission, plan
-from mavspiral.planner import Inspection
+from mavspiral.inspection import Inspection
 from mavspiral.show.figures import INK, PLANNED, TRANSIT
 from mavspiral.show.scene import Scene
 from mavspiral.show.skin import Skin

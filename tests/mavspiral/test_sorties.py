@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from mavspiral import planner
+from mavspiral import inspection
 from mavspiral.brief import camera_of, limits_of, pace_of
 from mavspiral.errors import LimitError
 from mavspiral.motion.timing import fastest_law
@@ -94,7 +94,7 @@ def test_another_plan_has_another_digest(planned, legs, shots_s):
 
 def test_what_stands_there_is_looked_at_once_for_all_sorties(planned, monkeypatch):
     asilo, seen = planned("asilo"), []
-    ways_of = planner.ways_of
-    monkeypatch.setattr(planner, "ways_of", lambda *args: seen.append(args) or ways_of(*args))
+    ways_of = inspection.ways_of
+    monkeypatch.setattr(inspection, "ways_of", lambda *args: seen.append(args) or ways_of(*args))
     assert len(asilo.sorties(endurance_s=180.0)) > 1
     assert len(seen) == 1

@@ -1,0 +1,77 @@
+"""The proof of a plan: its certificate, and in words where it fails."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mavspiral.brief import (
+    camera_of,
+)
+from mavspiral.mission import Mission
+from mavspiral.motion.limits import Limits
+from mavspiral.motion.trajectory import Trajectory, TrajectoryState, during
+from mavspiral.obstacle import nearest_obstacle
+from mavspiral.shape.heightmap import Site
+from mavspiral.survey.certificate import (
+    STRAIGHT_ON,
+    Certificate,
+    blur_figure,
+    ceiling_figure,
+    clearance_figures,
+    motion_figures,
+)
+from mavspiral.survey.clearance import Clearance, run_on_m
+from mavspiral.transit import REACTION_S
+
+__all__ = ["CLEARANCE_GRID_S", "certificate_of", "failures_of"]
+
+CLEARANCE_GRID_S = 0.2
+"""Clearance is that of the straight ways between places this far apart: at 5 m/s and 2 m/s² within 1 cm of the curve."""
+
+
+def certificate_of(
+    mission: Mission,
+    trajectory: Trajectory,
+    states: TrajectoryState,
+    clearance: Clearance,
+    limits: Limits,
+    required_m: float,
+) -> Certificate:
+    """Every limit of the mission against the states of its trajectory on a fine grid, and its clearance."""
+    camera, allowed_px = camera_of(mission), mission.quality.blur_max_px
+    blurs = [
+        blur_figure(leg.sight, during(states, trajectory.span_s(leg.name)), camera, allowed_px)
+        for leg in trajectory.legs
+        if leg.sight is not None
+    ]
+    return Certificate(
+        (
+            *motion_figures(states, limits),
+            max(blurs, key=lambda figure: figure.worst),
+            *clearance_figures(clearance, required_m=required_m, vehicle_radius_m=mission.vehicle.radius_m),
+            ceiling_figure(states, mission.limits.ceiling_m),
+        )
+    )
+
+
+def failures_of(
+    mission: Mission, site: Site, trajectory: Trajectory, certificate: Certificate
+) -> tuple[str, ...]:
+    """Each limit that does not hold: value, limit, moment, place on earth, and what is too near."""
+    told = []
+    for figure in certificate.figures:
+        if figure.ok:
+            continue
+        place = site.heights.frame.geo_point(np.array(figure.at_enu_m))
+        line = f"{figure} (lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f})"
+        if figure.at_least:
+            states = trajectory.sampled(CLEARANCE_GRID_S)
+            row = int(np.argmin(np.abs(states.t_s - figure.at_t_s)))
+            if figure.name == STRAIGHT_ON:
+                sweep_m = run_on_m(states.velocity_enu_mps[row], REACTION_S, mission.limits.acceleration_mps2)
+            else:
+                after = states.position_enu_m[min(row + 1, len(states.t_s) - 1)]
+                sweep_m = after - states.position_enu_m[row]
+            line += f", from {nearest_obstacle(mission, site, states.position_enu_m[row], sweep_m)}"
+        told.append(line)
+    return tuple(told)
