@@ -83,7 +83,6 @@ def main(argv: list[str] | None = None) -> int:
         camera=options.camera,
         signing=None if options.signing is None else Signing(options.signing, signing_timestamp()),
     )
-    print("sitl: starting; a first start compiles for up to a minute before it listens", flush=True)
     try:
         _warm_up(config)
     except KeyboardInterrupt:

