@@ -120,7 +120,7 @@ def test_with_json_a_plan_that_fails_is_one_object_that_names_the_obstacle_and_e
         ("home = [23.96028, 32.8675]", "home = [32.8675, 23.96028]", "km from the building"),
         ("overlap = 0.25", "overlap = 0.25\nbottom_m = 0", "nearer to the ground"),
         ("overlap = 0.25", "overlap = 0.25\nbottom_m = 90", "above"),
-        ("focal_length_mm = 8.8", "focal_length_mm = 999", "turns"),
+        ("focal_length_mm = 8.8", "focal_length_mm = 999", "min_interval_s"),
         (
             "[accept]",
             "[[keepout]]\ncircle = [32.8, 23.9, 4.0]\nheight_m = [0, 9]\n[accept]",

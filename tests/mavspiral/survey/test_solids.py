@@ -10,10 +10,11 @@ ORIGIN_M = np.array([-4.0, 3.0])
 
 
 def slow_distance_m(heights, point):
-    """Every box in turn."""
+    """Every box in turn; it goes on below the ground."""
     rows, cols = np.nonzero(heights > 0)
     low = np.column_stack([ORIGIN_M[0] + cols * CELL_M, ORIGIN_M[1] + rows * CELL_M, 0.0 * cols])
     high = low + np.column_stack([0.0 * cols + CELL_M, 0.0 * cols + CELL_M, heights[rows, cols]])
+    low[:, 2] = -np.inf
     return np.linalg.norm(np.maximum(np.maximum(low - point, point - high), 0.0), axis=1).min(initial=np.inf)
 
 
