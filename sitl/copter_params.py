@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import tomllib
 from collections.abc import Mapping
 from importlib import resources
 
@@ -36,7 +35,8 @@ _FREE_MPS = 30.0
 def copter_defaults() -> Mapping[str, float]:
     """Name to default, in ArduPilot's order."""
     text = resources.files("sitl").joinpath("arducopter.toml").read_text(encoding="utf-8")
-    return {name: float(value) for name, value in tomllib.loads(text).items()}
+    rows = (line.split(" = ") for line in text.splitlines() if not line.startswith("#"))
+    return {name: float(value) for name, value in rows}
 
 
 def body_params(values: Mapping[str, float], airframe: Params) -> Params:

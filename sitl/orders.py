@@ -7,13 +7,15 @@ from enum import Enum, auto
 from typing import Protocol
 
 from sitl.plans import MissionRun, PlanItem, PlanKind, Plans
-from sitl.signals import Estimate, FloatArray, GeoPoint, Setpoint
+from sitl.signals import Estimate, FloatArray, GeoPoint, GpsSample, Setpoint
 
 __all__ = [
     "Arm",
+    "Battery",
     "ChangeSpeed",
     "Condition",
     "Disarm",
+    "FenceStatus",
     "FlightStatus",
     "GoToItem",
     "Home",
@@ -58,6 +60,7 @@ class Mode(Enum):
     RTL = auto()
     POSHOLD = auto()
     BRAKE = auto()
+    SMARTRTL = auto()
 
 
 class Landed(Enum):
@@ -82,6 +85,7 @@ class Severity(Enum):
 
     CRITICAL = auto()
     WARNING = auto()
+    NOTICE = auto()
     INFO = auto()
 
 
@@ -247,6 +251,26 @@ class Home:
     q_ned_frd: FloatArray
 
 
+class Battery(Protocol):
+    """The pack as its monitor sees it."""
+
+    @property
+    def voltage_v(self) -> float:
+        """At the terminals."""
+
+    @property
+    def current_a(self) -> float:
+        """Drawn now."""
+
+    @property
+    def used_ah(self) -> float:
+        """Drawn since the start."""
+
+    @property
+    def remaining(self) -> float:
+        """What is left, 0…1."""
+
+
 class Condition(Protocol):
     """What the commander sees of its vehicle now. Each look costs something: it looks when it must."""
 
@@ -274,6 +298,22 @@ class Condition(Protocol):
     def on_ground(self) -> bool:
         """The land detector's verdict."""
 
+    @property
+    def battery(self) -> Battery:
+        """The pack."""
+
+    @property
+    def gps(self) -> GpsSample | None:
+        """The fix that came last; None while there are none."""
+
+    @property
+    def fix_age_us(self) -> int:
+        """How long ago the filter used a fix."""
+
+    @property
+    def attitude_wanted(self) -> FloatArray:
+        """What the cascade steers to, `q_ned_frd`."""
+
 
 @dataclass(frozen=True, slots=True)
 class PayloadStatus:
@@ -287,6 +327,17 @@ class PayloadStatus:
 
 
 _NO_PAYLOAD = PayloadStatus()
+
+
+@dataclass(frozen=True, slots=True)
+class FenceStatus:
+    """Parts of the fence as bits: max height 1, circle 2, areas 4, min height 8. `last` began to be breached at `time_us`."""
+
+    watched: int = 0
+    breached: int = 0
+    count: int = 0
+    last: int = 0
+    time_us: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -307,3 +358,4 @@ class FlightStatus:
     payload: PayloadStatus = _NO_PAYLOAD
     knows_place: bool = True
     """Whether it would fly by its position now."""
+    fence: FenceStatus = FenceStatus()

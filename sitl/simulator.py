@@ -233,7 +233,7 @@ def _brain(config: SimulatorConfig, params: Params) -> tuple[ParameterTable, Com
         return table, Commander(table, config.loss_scale)
     from sitl.link.ardupilot_parameters import CopterTable
 
-    table = CopterTable(params, config.instance + 1)
+    table = CopterTable(params, config.instance + 1, config.vehicle.airframe.battery.capacity_ah)
     return table, Copter(table)
 
 

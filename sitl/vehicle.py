@@ -230,6 +230,11 @@ class Vehicle:
         return ekf.fixes_fresh(self._frame) and ekf.eph_m2 <= self._params["COM_POS_FS_EPH"] ** 2
 
     @property
+    def fix_age_us(self) -> int:
+        """How long ago the estimator used a fix; since the start, before its first."""
+        return (self._frame - self._ekf.fix_frame) * FRAME_US
+
+    @property
     def charge_left(self) -> float:
         """What is left in the battery, 0…1."""
         return max(0.0, 1.0 - float(self._pack["used_ah"]) / float(self._pack["capacity_ah"]))

@@ -1,7 +1,7 @@
 """ArduCopter's commander: decides what the vehicle does, from orders, targets and its own condition.
 
 Pure logic on values, after ArduCopter 4.6.3 as it was seen to behave without a radio control. What the modes do is
-in the table of `copter_modes`. Simpler than ArduPilot: no failsafe on a low battery or a bad estimate, and no fence.
+in the table of `copter_modes`. What it does by itself in need is in `copter_failsafe` and `copter_fence`.
 """
 
 from __future__ import annotations
@@ -13,14 +13,29 @@ from dataclasses import replace
 from sitl.autopilot.arming import home_of, is_ready
 from sitl.autopilot.auto import Auto, begin_auto
 from sitl.autopilot.auto_items import navigates
+from sitl.autopilot.copter_failsafe import LOOK_US, watch
+from sitl.autopilot.copter_fence import watch_fence
 from sitl.autopilot.copter_memory import PREARM_US, CopterState, knows_place, notify, stand_down
-from sitl.autopilot.copter_modes import COPTER_MODES, after_gcs_loss
-from sitl.autopilot.copter_orders import carry_out, steer, switch
+from sitl.autopilot.copter_modes import COPTER_MODES
+from sitl.autopilot.copter_orders import carry_out, steer
+from sitl.autopilot.fence import fence_parts
 from sitl.autopilot.glide import start_glide
 from sitl.autopilot.guided import Guided, begin_guided
 from sitl.autopilot.memory import NOTHING
+from sitl.autopilot.smart import fly_back
 from sitl.autopilot.trip import Trip
-from sitl.orders import Condition, FlightStatus, Landed, Mode, Notice, Order, Severity, Shot, Verdict
+from sitl.orders import (
+    Condition,
+    FenceStatus,
+    FlightStatus,
+    Landed,
+    Mode,
+    Notice,
+    Order,
+    Severity,
+    Shot,
+    Verdict,
+)
 from sitl.plans import MissionRun, Plans
 from sitl.signals import Demand, Setpoint, vector
 
@@ -29,7 +44,6 @@ __all__ = ["Copter"]
 _YAW_DROOP = 0.1
 """What ArduCopter's yaw rate loop leaves undone, by gains of little integral: 0.37° behind was seen at 17°/s."""
 _SPOOL_US = 1_000_000
-_GROUND_STATION_LOST = "GCS Failsafe"
 _DISARMED = Demand(armed=False, idle=True, setpoint=NOTHING)
 _IDLE = Demand(armed=True, idle=True, setpoint=NOTHING)
 
@@ -63,11 +77,11 @@ class Copter:
 
     def obey(self, order: Order, condition: Condition) -> Verdict:
         """Carry out the order, or not."""
-        return carry_out(self._state, order, condition)
+        return carry_out(self._state, order, condition, self.parameters)
 
     def steer(self, setpoint: Setpoint, condition: Condition) -> None:
         """Take a target: obeyed in GUIDED only, and in the air. It ends a take-off."""
-        steer(self._state, setpoint, condition)
+        steer(self._state, setpoint, condition, self.parameters)
 
     def hear_ground_station(self, now_us: int) -> None:
         """A heartbeat of the ground station that FS_GCS_ENABLE watches."""
@@ -86,7 +100,8 @@ class Copter:
             self._shoot(condition)
         if state.armed:
             self._watch_ground(condition)
-            self._watch_ground_station(condition)
+            if condition.time_us % LOOK_US == 0:
+                self._look(condition)
         if not state.armed:
             return _DISARMED
         if not self._may_fly(condition):
@@ -108,13 +123,20 @@ class Copter:
             mode=state.mode,
             landed=Landed.ON_GROUND if condition.on_ground else aloft,
             ready=condition.time_us >= PREARM_US and is_ready(condition),
-            failsafe=state.failsafe,
+            failsafe=state.alarms.any,
             home=state.home,
             setpoint=state.setpoint,
             plans=state.plans,
             run=state.run,
             mission_ok=navigates(state.plans.mission),
             knows_place=knows_place(condition),
+            fence=FenceStatus(
+                fence_parts(state, self.parameters),
+                state.fence.breached,
+                state.fence.count,
+                state.fence.last,
+                state.fence.time_us,
+            ),
         )
 
     @property
@@ -153,7 +175,7 @@ class Copter:
             going = going.step(condition, dt_s, parameters, state.speeds)
         state.going = going
         setpoint = going.setpoint
-        if COPTER_MODES[state.mode].level:
+        if COPTER_MODES[state.mode].level or state.blind:
             height = math.nan, math.nan, float(setpoint.position_ned_m[2])
             speed = math.nan, math.nan, float(setpoint.velocity_ned_mps[2])
             return replace(
@@ -183,6 +205,8 @@ class Copter:
             return begin_auto(
                 state.plans.mission, state.run, condition, state.home, state.speeds, self.parameters
             )
+        if state.mode is Mode.SMARTRTL:
+            return fly_back(start_glide(condition.estimate), state.home, state.trail, self.parameters)
         return COPTER_MODES[state.mode].trip(start_glide(condition.estimate), state.home, self.parameters)
 
     def _watch_ground(self, condition: Condition) -> None:
@@ -199,24 +223,14 @@ class Copter:
         if (lands and (state.flown or tired)) or tired:
             stand_down(state, condition)
 
-    def _watch_ground_station(self, condition: Condition) -> None:
-        """FS_GCS_ENABLE: only who has been heard can be missed."""
-        state, now_us = self._state, condition.time_us
-        if state.gcs_heard_us is None:
-            return
-        lost = now_us - state.gcs_heard_us > 1e6 * self.parameters["FS_GCS_TIMEOUT"]
-        mode = after_gcs_loss(self.parameters)
-        if mode is None or lost is state.failsafe:
-            return
-        state.failsafe = lost
-        if not lost:
-            notify(state, condition, Severity.WARNING, f"{_GROUND_STATION_LOST} Cleared")
-            return
-        notify(state, condition, Severity.WARNING, _GROUND_STATION_LOST)
-        if condition.on_ground:
-            stand_down(state, condition)
-        elif switch(state, mode, condition) is not Verdict.ACCEPTED:
-            switch(state, Mode.LAND, condition)
+    def _look(self, condition: Condition) -> None:
+        """What may call for a failsafe, and the way back."""
+        state, parameters = self._state, self.parameters
+        watch(state, condition, parameters)
+        if state.armed:
+            watch_fence(state, condition, parameters)
+        if state.armed and state.mode is not Mode.SMARTRTL and knows_place(condition):
+            state.trail = state.trail.longer(condition, parameters)
 
     def _may_fly(self, condition: Condition) -> bool:
         """Whether the motors may do more than idle."""

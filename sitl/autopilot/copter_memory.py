@@ -2,24 +2,70 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from sitl.autopilot.arming import is_ready
 from sitl.autopilot.auto import Auto
 from sitl.autopilot.guided import Guided
 from sitl.autopilot.memory import NOTHING
 from sitl.autopilot.payload import Payload
+from sitl.autopilot.smart import Trail
 from sitl.autopilot.trip import Speeds, Trip
 from sitl.orders import Condition, Home, Mode, Notice, Severity, Shot, Verdict
 from sitl.plans import MissionRun, Plans
 from sitl.signals import Setpoint
 
-__all__ = ["PREARM_US", "CopterState", "knows_place", "notify", "refuse", "stand_down"]
+__all__ = ["PREARM_US", "Alarms", "CopterState", "FenceRun", "knows_place", "notify", "refuse", "stand_down"]
 
 PREARM_US = 23_000_000
 """From then on its own checks are content; it knows its place only later."""
 _PLACE_US = 41_000_000
 """When "EKF3 IMU0 is using GPS" was seen: arming in GUIDED failed until then."""
+
+
+_LOST_US = 7_000_000
+"""So long without a fix that the filter would use, and it has no place: EKF3's posRetryTimeNoVel."""
+
+
+@dataclass(frozen=True, slots=True)
+class Alarms:
+    """Which failsafes have begun, and how far the checks have come. `battery` is 1 low, 2 critical."""
+
+    ground_station: bool = False
+    battery: int = 0
+    below_since_us: tuple[int | None, int | None] = (None, None)
+    ekf_looks: int = 0
+    ekf_bad: bool = False
+    ekf: bool = False
+    crash_looks: int = 0
+    acceleration_mps2: float = 0.0
+
+    @property
+    def any(self) -> bool:
+        """Whether the vehicle is in one of them."""
+        return self.ground_station or self.battery > 0 or self.ekf
+
+
+@dataclass(frozen=True, slots=True)
+class FenceRun:
+    """Which parts of the fence are breached, how often that began, and what began last."""
+
+    breached: int = 0
+    again: tuple[tuple[int, float], ...] = ()
+    count: int = 0
+    last: int = 0
+    time_us: int = 0
+
+    def again_m(self, part: int) -> float:
+        """How far beyond that part counts as a breach anew."""
+        return dict(self.again).get(part, 0.0) if self.breached & part else 0.0
+
+    def seen(self, breached: int, new: int, again: Mapping[int, float], now_us: int) -> FenceRun:
+        """After a look: these parts are breached, `new` of them newly."""
+        kept = tuple(sorted({**dict(self.again), **again}.items()))
+        if not new:
+            return replace(self, breached=breached, again=kept)
+        return FenceRun(breached, kept, self.count + 1, new & -new, now_us)
 
 
 @dataclass(slots=True)
@@ -35,7 +81,13 @@ class CopterState:
     going: Guided | Auto | Trip | None = None
     auto_armed: bool = False
     """Whether AUTO may leave the ground: MISSION_START says so, where nobody raises a throttle."""
-    failsafe: bool = False
+    alarms: Alarms = Alarms()
+    fence: FenceRun = FenceRun()
+    low_fence: bool = False
+    """Whether the least height is watched: since the flight first was above it."""
+    blind: bool = False
+    """Whether LAND goes down level, without a position."""
+    trail: Trail = field(default_factory=Trail)
     gcs_heard_us: int | None = None
     told_place: bool = False
     setpoint: Setpoint = NOTHING
@@ -52,7 +104,9 @@ class CopterState:
 
 def stand_down(state: CopterState, condition: Condition) -> None:
     """Stop the motors, and forget what was going on."""
-    state.armed, state.failsafe, state.going, state.auto_armed = False, False, None, False
+    state.armed, state.going, state.auto_armed, state.blind = False, None, False, False
+    state.alarms = Alarms(ground_station=state.alarms.ground_station, battery=state.alarms.battery)
+    state.fence, state.low_fence, state.trail = FenceRun(count=state.fence.count), False, Trail()
     state.setpoint, state.speeds = NOTHING, Speeds()
     state.payload = replace(state.payload, distance_m=0.0, interval_s=0.0, shots_left=0, interest=None)
     notify(state, condition, Severity.INFO, "Disarming motors")
@@ -60,7 +114,9 @@ def stand_down(state: CopterState, condition: Condition) -> None:
 
 def knows_place(condition: Condition) -> bool:
     """Whether it would fly by its position."""
-    return condition.time_us >= _PLACE_US and is_ready(condition)
+    if condition.time_us < _PLACE_US or condition.origin is None:
+        return False
+    return condition.fix_age_us <= _LOST_US
 
 
 def refuse(state: CopterState, condition: Condition, text: str) -> Verdict:

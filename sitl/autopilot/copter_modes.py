@@ -1,12 +1,11 @@
 """ArduCopter's modes as a table: what each does, and when it may be entered and armed in.
 
 A mode is a trip to glide along; GUIDED and AUTO have rooms of their own. The sticks of a pilot who is not there stand
-in their middle: STABILIZE and ALT_HOLD keep level and keep their height.
+in their middle: STABILIZE and ALT_HOLD keep level and keep their height. SMARTRTL has its way from the trail.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -14,7 +13,7 @@ from sitl.autopilot.glide import Glide
 from sitl.autopilot.trip import Trip, fly_home, hold_here, land_here
 from sitl.orders import Home, Mode
 
-__all__ = ["COPTER_MODES", "CopterRow", "after_gcs_loss"]
+__all__ = ["COPTER_MODES", "CopterRow"]
 
 _Begin = Callable[[Glide, Home | None, Mapping[str, float]], Trip]
 
@@ -43,17 +42,6 @@ COPTER_MODES: Mapping[Mode, CopterRow] = {
     Mode.POSHOLD: CopterRow(_stay, arms=True),
     Mode.BRAKE: CopterRow(_stay),
     Mode.RTL: CopterRow(fly_home, lands=True),
+    Mode.SMARTRTL: CopterRow(fly_home, lands=True),
     Mode.LAND: CopterRow(land_here, needs_place=False, lands=True),
 }
-
-_AFTER_GCS_LOSS = {5: Mode.LAND, 7: Mode.BRAKE}
-
-
-def after_gcs_loss(parameters: Mapping[str, float]) -> Mode | None:
-    """FS_GCS_ENABLE: what follows when the ground station's heartbeat stays away; None: nothing does.
-
-    Simpler than ArduPilot: there is no SmartRTL, so that 3 and 4 return as 1 does.
-    """
-    value = parameters["FS_GCS_ENABLE"]
-    action = int(value) if math.isfinite(value) else 0
-    return _AFTER_GCS_LOSS.get(action, Mode.RTL) if action > 0 else None

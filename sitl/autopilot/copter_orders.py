@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 from sitl.autopilot.arming import home_of, is_ready
@@ -10,6 +11,7 @@ from sitl.autopilot.auto import Auto, changed
 from sitl.autopilot.auto_items import navigates, takes_off_first
 from sitl.autopilot.copter_memory import CopterState, knows_place, notify, refuse, stand_down
 from sitl.autopilot.copter_modes import COPTER_MODES
+from sitl.autopilot.fence import beyond
 from sitl.autopilot.guided import Guided, begin_guided
 from sitl.autopilot.memory import NOTHING
 from sitl.geo import ned_of_geodetic
@@ -40,7 +42,9 @@ from sitl.signals import GeoPoint, Setpoint, vector
 __all__ = ["carry_out", "steer", "switch"]
 
 
-def carry_out(state: CopterState, order: Order, condition: Condition) -> Verdict:
+def carry_out(
+    state: CopterState, order: Order, condition: Condition, parameters: Mapping[str, float]
+) -> Verdict:
     """Carry out the order, or not."""
     match order:
         case Arm(force):
@@ -52,7 +56,7 @@ def carry_out(state: CopterState, order: Order, condition: Condition) -> Verdict
         case SwitchMode(mode):
             return switch(state, mode, condition)
         case Reposition():
-            return _reposition(state, order, condition)
+            return _reposition(state, order, condition, parameters)
         case TakePlan():
             return _take_plan(state, order)
         case GoToItem(seq):
@@ -77,11 +81,24 @@ def carry_out(state: CopterState, order: Order, condition: Condition) -> Verdict
             return Verdict.DENIED
 
 
-def steer(state: CopterState, setpoint: Setpoint, condition: Condition) -> None:
-    """Take a target: obeyed in GUIDED only, when armed. It ends a take-off."""
-    if state.mode is Mode.GUIDED and state.armed:
+def steer(
+    state: CopterState, setpoint: Setpoint, condition: Condition, parameters: Mapping[str, float]
+) -> None:
+    """Take a target: obeyed in GUIDED only, when armed, and not to a place beyond the fence. It ends a take-off."""
+    if state.mode is Mode.GUIDED and state.armed and not _fenced_off(state, setpoint, condition, parameters):
         going = state.going if isinstance(state.going, Guided) else begin_guided(condition)
         state.going = going.told(setpoint, condition.time_us)
+
+
+def _fenced_off(
+    state: CopterState, setpoint: Setpoint, condition: Condition, parameters: Mapping[str, float]
+) -> bool:
+    """Whether it is a place to go to, without a velocity, that lies beyond the fence."""
+    north_m, east_m, down_m = setpoint.position_ned_m.tolist()
+    if not (math.isfinite(north_m) and math.isnan(setpoint.velocity_ned_mps[0])):
+        return False
+    beyond_m = beyond(state, condition, parameters, complex(north_m, east_m), down_m)
+    return any(metres >= 0.0 for metres in beyond_m.values())
 
 
 def _arm(state: CopterState, condition: Condition, *, force: bool) -> Verdict:
@@ -94,7 +111,7 @@ def _arm(state: CopterState, condition: Condition, *, force: bool) -> Verdict:
     if lost and not force:
         return refuse(state, condition, "Arm: Need Position Estimate")
     state.armed, state.armed_at_us = True, condition.time_us
-    state.flown, state.standing_since_us, state.failsafe = False, None, False
+    state.flown, state.standing_since_us = False, None
     state.going, state.auto_armed = None, False
     if knows_place(condition) and not state.home_locked:
         state.home = home_of(condition) or state.home
@@ -138,13 +155,18 @@ def switch(state: CopterState, mode: Mode, condition: Condition) -> Verdict:
         if standing and not takes_off_first(state.plans.mission, state.run.seq):
             notify(state, condition, Severity.CRITICAL, "Auto: Missing Takeoff Cmd")
             return refuse(state, condition, f"Mode change to {name} failed: init failed")
+    if mode is Mode.SMARTRTL and not state.trail.leads_home:
+        return refuse(state, condition, f"Mode change to {name} failed: init failed")
     if state.mode is Mode.AUTO:
         state.payload = replace(state.payload, paused=True)
     state.mode, state.going = mode, None
+    state.blind = mode is Mode.LAND and not knows_place(condition)
     return Verdict.ACCEPTED
 
 
-def _reposition(state: CopterState, order: Reposition, condition: Condition) -> Verdict:
+def _reposition(
+    state: CopterState, order: Reposition, condition: Condition, parameters: Mapping[str, float]
+) -> Verdict:
     """Only in GUIDED, which it may change to; NaN keeps what is."""
     origin = condition.origin
     if origin is None or not knows_place(condition):
@@ -161,9 +183,12 @@ def _reposition(state: CopterState, order: Reposition, condition: Condition) -> 
         east_m if placed else here_east_m,
         down_m if math.isfinite(down_m) else here_down_m,
     )
+    target = replace(NOTHING, position_ned_m=vector(place_m), yaw_ned_rad=order.yaw_ned_rad)
+    if _fenced_off(state, target, condition, parameters):
+        return Verdict.NOT_NOW
     if order.speed_mps > 0.0:
         state.speeds = changed(state.speeds, 1.0, order.speed_mps)
-    steer(state, replace(NOTHING, position_ned_m=vector(place_m), yaw_ned_rad=order.yaw_ned_rad), condition)
+    steer(state, target, condition, parameters)
     return Verdict.ACCEPTED
 
 

@@ -195,6 +195,11 @@ class Ekf:
         self.running = True
         catch_up(self.nav)
 
+    @property
+    def fix_frame(self) -> int:
+        """The frame in which a fix was used last."""
+        return int(self._fix_frame.item())
+
     def fixes_fresh(self, frame: int) -> bool:
         """Whether position and velocity rest on fixes, or are dead-reckoned for no longer than PX4 does."""
         return self.running and frame - self._fix_frame.item() <= _DEAD_RECKONING_FRAMES

@@ -277,6 +277,13 @@ class ArduPilotLink:
         """RUN_PREARM_CHECKS: their outcome comes as texts and in SYS_STATUS."""
         return [_ack(command.number, _ACCEPTED, received)]
 
+    def _enable_fence(self, command: Command, received: Received, helm: Helm) -> list[Message]:
+        """As FENCE_ENABLE, which ArduPilot itself leaves as it was."""
+        known = command.param1 in (0.0, 1.0)
+        if known:
+            helm.set_parameter("FENCE_ENABLE", command.param1)
+        return [_ack(command.number, _ACCEPTED if known else _FAILED, received)]
+
 
 def _ack(command_number: int, result: int, received: Received) -> Message:
     return _COMMAND_ACK(command_number, result, 0, 0, received.system, received.component)
@@ -306,4 +313,5 @@ _COMMANDS: Mapping[int, Callable[[ArduPilotLink, Command, Received, Helm], list[
     common.MAV_CMD_SET_MESSAGE_INTERVAL: ArduPilotLink._set_interval,
     common.MAV_CMD_GET_MESSAGE_INTERVAL: ArduPilotLink._get_interval,
     common.MAV_CMD_RUN_PREARM_CHECKS: ArduPilotLink._check,
+    common.MAV_CMD_DO_FENCE_ENABLE: ArduPilotLink._enable_fence,
 }

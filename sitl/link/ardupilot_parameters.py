@@ -31,9 +31,10 @@ _RUNTIME, _RUNTIME_US = "STAT_RUNTIME", 30_000_000
 class CopterTable(ParameterTable):
     """ArduCopter's parameters. `airframe` are the body's own, which ArduPilot's parameters overrule in part."""
 
-    def __init__(self, airframe: Params, system: int) -> None:
+    def __init__(self, airframe: Params, system: int, pack_ah: float) -> None:
         self._airframe = airframe
-        self._hold({**copter_defaults(), "SYSID_THISMAV": float(system)})
+        own = {"SYSID_THISMAV": float(system), "BATT_CAPACITY": 1e3 * pack_ah}
+        self._hold({**copter_defaults(), **own})
 
     @property
     def vehicle_params(self) -> Params:

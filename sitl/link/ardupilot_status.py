@@ -25,6 +25,7 @@ _AUTOPILOT_VERSION = message_type("AUTOPILOT_VERSION")
 _RAW_IMU = message_type("RAW_IMU")
 _RC_CHANNELS = message_type("RC_CHANNELS")
 _NAV_CONTROLLER_OUTPUT = message_type("NAV_CONTROLLER_OUTPUT")
+_FENCE_STATUS = message_type("FENCE_STATUS")
 
 
 def _own(name: str) -> MessageType:
@@ -47,6 +48,7 @@ _NUMBERS: Mapping[Mode, int] = {
     Mode.LAND: 9,
     Mode.POSHOLD: 16,
     Mode.BRAKE: 17,
+    Mode.SMARTRTL: 21,
 }
 MODE_OF_NUMBER: Mapping[int, Mode] = {number: mode for mode, number in _NUMBERS.items()}
 
@@ -58,6 +60,13 @@ _EKF_READY, _EKF_WAITING = 831, 421
 _I16, _I32, _U16 = (-(2**15), 2**15 - 1), (-(2**31), 2**31 - 1), (0, 2**16 - 1)
 _STICK_MIDDLE, _STICK_LOW, _CHANNELS = 1500, 1000, 18
 _UNKNOWN_RSSI = 255
+_GEOFENCE = common.MAV_SYS_STATUS_GEOFENCE
+_BREACHES = {
+    1: common.FENCE_BREACH_MAXALT,
+    2: common.FENCE_BREACH_BOUNDARY,
+    4: common.FENCE_BREACH_BOUNDARY,
+    8: common.FENCE_BREACH_MINALT,
+}
 
 
 def _heartbeat(report: Report) -> Message:
@@ -81,8 +90,30 @@ def _heartbeat(report: Report) -> Message:
 
 
 def _sys_status(report: Report) -> Message | None:
-    """As PX4's, whose prearm bit is ArduPilot's too: it says less than the answer to arming."""
-    return STATUS[_SYS_STATUS](report)
+    """As PX4's, whose prearm bit is ArduPilot's too: it says less than the answer to arming. And how the fence is."""
+    told, fence = STATUS[_SYS_STATUS](report), report.flight.fence
+    if told is None or not fence.watched:
+        return told
+    status: Message = told._replace(
+        onboard_control_sensors_present=told.onboard_control_sensors_present | _GEOFENCE,
+        onboard_control_sensors_enabled=told.onboard_control_sensors_enabled | _GEOFENCE,
+        onboard_control_sensors_health=told.onboard_control_sensors_health | _GEOFENCE * (not fence.breached),
+    )
+    return status
+
+
+def _fence_status(report: Report) -> Message | None:
+    """Nothing while no fence is watched."""
+    fence = report.flight.fence
+    if not fence.watched:
+        return None
+    return _FENCE_STATUS(
+        breach_status=int(fence.breached != 0),
+        breach_count=fence.count & 0xFFFF,
+        breach_type=_BREACHES.get(fence.last, 0),
+        breach_time=fence.time_us // 1000 & 0xFFFFFFFF,
+        breach_mitigation=0,
+    )
 
 
 def _autopilot_version(report: Report) -> Message | None:
@@ -193,5 +224,6 @@ COPTER_STATUS: Mapping[MessageType, Builder] = {
     _AHRS2: _ahrs2,
     _RC_CHANNELS: _rc_channels,
     _NAV_CONTROLLER_OUTPUT: _nav_controller_output,
+    _FENCE_STATUS: _fence_status,
 }
 """All that can be told."""

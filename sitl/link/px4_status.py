@@ -55,6 +55,7 @@ _LANDED_STATES = {
 _SEVERITIES = {
     Severity.CRITICAL: common.MAV_SEVERITY_CRITICAL,
     Severity.WARNING: common.MAV_SEVERITY_WARNING,
+    Severity.NOTICE: common.MAV_SEVERITY_NOTICE,
     Severity.INFO: common.MAV_SEVERITY_INFO,
 }
 _TEXT_LENGTH = 50

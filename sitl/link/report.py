@@ -8,30 +8,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from sitl.geo import geodetic_of_ned
-from sitl.orders import FlightStatus
+from sitl.orders import Battery, FlightStatus
 from sitl.signals import BaroSample, Estimate, FloatArray, GeoPoint, GpsSample, ImuSample, MagSample
 
-__all__ = ["Battery", "Instruments", "Report", "euler_rad", "heading_deg", "whole"]
-
-
-class Battery(Protocol):
-    """The pack as its monitor sees it."""
-
-    @property
-    def voltage_v(self) -> float:
-        """At the terminals."""
-
-    @property
-    def current_a(self) -> float:
-        """Drawn now."""
-
-    @property
-    def used_ah(self) -> float:
-        """Drawn since the start."""
-
-    @property
-    def remaining(self) -> float:
-        """What is left, 0…1."""
+__all__ = ["Instruments", "Report", "euler_rad", "heading_deg", "whole"]
 
 
 class Instruments(Protocol):
