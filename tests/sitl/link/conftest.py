@@ -216,15 +216,22 @@ def messages(heard, name):
     return [message for message in heard if type(message).__name__ == name]
 
 
+def _new_px4(links=1, home=HOME, params=None, **config):
+    airframe = load_airframe("x500")
+    chosen = Params(airframe.params).replace(**(params or {}))
+    vehicle = VehicleConfig(airframe=airframe, params=chosen, home=home, gps="rtk")
+    return Client(Simulator(SimulatorConfig(vehicle, **config)), links)
+
+
 @pytest.fixture
 def new_client():
-    def make(links=1, home=HOME, params=None, **config):
-        airframe = load_airframe("x500")
-        chosen = Params(airframe.params).replace(**(params or {}))
-        vehicle = VehicleConfig(airframe=airframe, params=chosen, home=home, gps="rtk")
-        return Client(Simulator(SimulatorConfig(vehicle, **config)), links)
+    return _new_px4
 
-    return make
+
+@pytest.fixture(scope="module")
+def px4_client():
+    """A PX4's client for tests that restore what they have changed."""
+    return _new_px4()
 
 
 @pytest.fixture
