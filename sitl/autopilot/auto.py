@@ -2,19 +2,22 @@
 
 What navigates comes one after another; what stands between two items that navigate is done on the way to the
 second, and a condition holds up what comes after it. A waypoint has no yaw of its own.
-Source: ArduPilot 4.6, AP_Mission.cpp and mode_auto.cpp. Simpler: splines are flown as straight legs, and a speed that is
-changed in mid-leg counts from the next one on.
+Source: ArduPilot 4.6, AP_Mission.cpp and mode_auto.cpp. Simpler: a speed that is changed in mid-leg counts from the next one
+on, and a circle ends at rest.
 """
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from sitl.autopilot.auto_items import PLACES, WAYPOINTS, AutoItem, next_item
+from sitl.autopilot.auto_route import AnyLeg, Route
+from sitl.autopilot.curves import CircleLeg
 from sitl.autopilot.glide import Glide, start_glide, stopping_point
-from sitl.autopilot.scurve import Leg, joins, leg_between
+from sitl.autopilot.scurve import Leg, joins
 from sitl.autopilot.shaping import shape_yaw
 from sitl.autopilot.trip import (
     Speeds,
@@ -23,11 +26,8 @@ from sitl.autopilot.trip import (
     acceleration_of,
     climb,
     fly_home,
-    speeds_of,
-    vertical_limits,
     yaw_limits,
 )
-from sitl.geo import ned_of_geodetic
 from sitl.orders import Condition, Home
 from sitl.plans import MissionRun, PlanItem
 from sitl.signals import Setpoint
@@ -36,7 +36,7 @@ __all__ = ["Auto", "begin_auto", "changed"]
 
 
 _NEVER = 0
-_LEAST_JERK = 0.1
+_TWO_LEGS = (AutoItem.LOITER_TURNS, AutoItem.LOITER_TO_ALT)
 _YAW_WITHIN_RAD = math.radians(2.0)
 _SLACK_M = 5.0
 """A target that is so far ahead of its vehicle waits for it."""
@@ -47,7 +47,8 @@ class Auto:
     """A mission under way. `deed` is the item for camera or gimbal that came up just now.
 
     `trip` climbs, lands or returns; else `leg` is flown, `leg_s` into it, and `after`, `after_s` into that.
-    `todo` are the items to be done on the way; `heading_rad` is CONDITION_YAW's.
+    `at_place` is what LOITER_TURNS and LOITER_TO_ALT do where they have
+    come to; `todo` are the items to be done on the way; `heading_rad` is CONDITION_YAW's.
     """
 
     items: tuple[PlanItem, ...]
@@ -56,11 +57,12 @@ class Auto:
     run: MissionRun
     glide: Glide
     speeds: Speeds
-    leg: Leg | None = None
+    leg: AnyLeg | None = None
     leg_s: float = 0.0
     after: Leg | None = None
     after_s: float = -1.0
     trip: Trip | None = None
+    at_place: bool = False
     arrived_at_us: int | None = None
     todo: tuple[int, ...] = ()
     doing_since_us: int | None = None
@@ -109,7 +111,7 @@ class Auto:
         if self.after is not None:
             if after_s >= 0.0:
                 after_s += moving
-            elif joins(self.leg, leg_s, self.after, radius_m, corner_mps2):
+            elif isinstance(self.leg, Leg) and joins(self.leg, leg_s, self.after, radius_m, corner_mps2):
                 after_s = moving
             second = self.after.motion(max(0.0, after_s))
             begin_m, begin_down_m = self.after.begin_m, self.after.begin_down_m
@@ -133,6 +135,8 @@ class Auto:
         wanted = yaw
         if math.isfinite(bearing_rad):
             wanted = bearing_rad
+        elif isinstance(self.leg, CircleLeg):
+            wanted = cmath.phase(self.leg.centre_m - self.glide.position_m)
         elif math.isfinite(self.heading_rad):
             wanted = self.heading_rad
             most = self.heading_rate_radps if self.heading_rate_radps > 0.0 else most
@@ -158,8 +162,10 @@ class Auto:
             return self._waited(condition, item.params[0])
         if self.leg is None or self.leg_s < self.leg.duration_s:
             return self.leg is None
-        if self.after is not None:
+        if self.after is not None or self.leg.end_mps > 0.0:
             return True
+        if item.command in _TWO_LEGS:
+            return self.at_place
         hold_s = item.params[0] if item.command in (*WAYPOINTS, AutoItem.LOITER_TIME) else 0.0
         return self._waited(condition, max(0.0, hold_s))
 
@@ -183,6 +189,9 @@ class Auto:
             ground_m = float(self.home.position_ned_m[2])
             down = Trip((Stop(self.glide.position_m, math.inf),), self.glide, ground_m)
             return replace(self, trip=down, arrived_at_us=condition.time_us)
+        if self._item.command in _TWO_LEGS and not self.at_place:
+            leg = self._route(parameters).second_leg(self.run.seq, self._here(parameters))
+            return replace(self, leg=leg, leg_s=0.0, at_place=True)
         return replace(self, arrived_at_us=condition.time_us)
 
     def _advanced(self, condition: Condition, parameters: Mapping[str, float]) -> Auto:
@@ -196,78 +205,46 @@ class Auto:
 
     def _begun(self, parameters: Mapping[str, float]) -> Auto:
         """The current item, as it begins. A new one takes CONDITION_YAW's heading away, unless yaw is never changed."""
-        item = self._item
+        item, route = self._item, self._route(parameters)
         keeps = int(parameters["WP_YAW_BEHAVIOR"]) == _NEVER
         auto = replace(
             self,
             trip=None,
             arrived_at_us=None,
             doing_since_us=None,
+            at_place=False,
             heading_rad=self.heading_rad if keeps else math.nan,
         )
         if item.command == AutoItem.TAKEOFF:
-            return replace(auto, trip=climb(self.glide, self._stop(item).down_m), leg=None, after=None)
+            here = Stop(self.glide.position_m, self.glide.down_m)
+            return replace(
+                auto, trip=climb(self.glide, route.place(self.run.seq, here).down_m), leg=None, after=None
+            )
         if item.command == AutoItem.RETURN:
             return replace(auto, trip=fly_home(self.glide, self.home, parameters), leg=None, after=None)
         if item.command not in PLACES:
             return auto._resting(parameters)
+        here = self._here(parameters)
         if self.after is not None and self.after_s >= 0.0:
             auto = replace(auto, leg=self.after, leg_s=self.after_s, after=None, after_s=-1.0)
         else:
-            here = self._here(parameters)
-            auto = replace(
-                auto, leg=self._leg(here, self._stop(item), parameters), leg_s=0.0, after=None, after_s=-1.0
-            )
-        return replace(auto, after=auto._onward(parameters))
+            leg = route.leg(self.run.seq, self.run.jumps, here, self.leg)
+            auto = replace(auto, leg=leg, leg_s=0.0, after=None, after_s=-1.0)
+        return replace(auto, after=route.onward(self.run.seq, self.run.jumps, here))
 
     def _resting(self, parameters: Mapping[str, float]) -> Auto:
         here = self._here(parameters)
-        return replace(self, leg=self._leg(here, here, parameters), leg_s=0.0, after=None, after_s=-1.0)
+        leg = self._route(parameters).straight(here, here)
+        return replace(self, leg=leg, leg_s=0.0, after=None, after_s=-1.0)
+
+    def _route(self, parameters: Mapping[str, float]) -> Route:
+        return Route(self.items, self.home, self.anchor, self.speeds, parameters)
 
     def _here(self, parameters: Mapping[str, float]) -> Stop:
         if self.leg is not None:
             end = self.leg.motion(self.leg.duration_s)
             return Stop(end.place_m, end.down_m)
         return Stop(*stopping_point(self.glide, acceleration_of(parameters, "WPNAV_ACCEL")))
-
-    def _onward(self, parameters: Mapping[str, float]) -> Leg | None:
-        """The leg after this one, when this one's end is flown past."""
-        item = self._item
-        if item.command not in WAYPOINTS or item.params[0] > 0.0:
-            return None
-        seq, _, _ = next_item(self.items, self.run.seq, self.run.jumps)
-        if seq is None or self.items[seq].command not in PLACES:
-            return None
-        return self._leg(self._stop(item), self._stop(self.items[seq]), parameters)
-
-    def _leg(self, begin: Stop, end: Stop, parameters: Mapping[str, float]) -> Leg:
-        most = speeds_of(self.speeds, parameters)
-        return leg_between(
-            begin.place_m,
-            begin.down_m,
-            end.place_m,
-            end.down_m,
-            (most.speed_mps, most.up_mps, most.down_mps),
-            (most.acceleration_mps2, vertical_limits(parameters)[0]),
-            max(_LEAST_JERK, parameters["WPNAV_JERK"]),
-        )
-
-    def _stop(self, item: PlanItem) -> Stop:
-        """An item's place. Latitude and longitude zero, and height zero, are those of here, as ArduPilot has it."""
-        lat_deg, lon_deg, alt_m = item.params[4:]
-        place_m = self.glide.position_m if self.leg is None else self._end_m
-        if lat_deg or lon_deg:
-            north_m, east_m, _ = ned_of_geodetic(self.anchor, (lat_deg, lon_deg, self.anchor[2]))
-            place_m = complex(north_m, east_m)
-        down_m = float(self.home.position_ned_m[2]) - alt_m if item.is_relative else self.anchor[2] - alt_m
-        if item.command == AutoItem.LAND or (not alt_m and item.command != AutoItem.TAKEOFF):
-            down_m = self.glide.down_m
-        return Stop(place_m, down_m)
-
-    @property
-    def _end_m(self) -> complex:
-        assert self.leg is not None
-        return self.leg.begin_m + self.leg.level * self.leg.length_m
 
     def _did(self, condition: Condition, parameters: Mapping[str, float]) -> Auto:
         """One of the items on the way a frame; a condition waits."""
@@ -284,7 +261,7 @@ class Auto:
             case AutoItem.CONDITION_DISTANCE:
                 if self.leg is None:
                     return done
-                left_m = abs(self._end_m - self.glide.position_m)
+                left_m = abs(self._here(parameters).place_m - self.glide.position_m)
                 return done if left_m <= item.params[0] else waiting
             case AutoItem.CONDITION_YAW:
                 if self.doing_since_us is None:

@@ -24,10 +24,12 @@ class AutoItem(IntEnum):
 
     WAYPOINT = 16
     LOITER_UNLIM = 17
+    LOITER_TURNS = 18
     LOITER_TIME = 19
     RETURN = 20
     LAND = 21
     TAKEOFF = 22
+    LOITER_TO_ALT = 31
     SPLINE_WAYPOINT = 82
     DELAY = 93
     CONDITION_DELAY = 112
@@ -35,11 +37,19 @@ class AutoItem(IntEnum):
     CONDITION_YAW = 115
     JUMP = 177
     CHANGE_SPEED = 178
+    SET_HOME = 179
 
 
 _NAVIGATING = frozenset({*range(16, 95)} - {80})
 WAYPOINTS = (AutoItem.WAYPOINT, AutoItem.SPLINE_WAYPOINT)
-PLACES = (*WAYPOINTS, AutoItem.LOITER_UNLIM, AutoItem.LOITER_TIME, AutoItem.LAND)
+PLACES = (
+    *WAYPOINTS,
+    AutoItem.LOITER_UNLIM,
+    AutoItem.LOITER_TURNS,
+    AutoItem.LOITER_TIME,
+    AutoItem.LOITER_TO_ALT,
+    AutoItem.LAND,
+)
 _MOST_JUMPS = 100
 
 Jumps = tuple[tuple[int, int], ...]

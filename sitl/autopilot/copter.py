@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from sitl.autopilot.arming import home_of, is_ready
 from sitl.autopilot.auto import Auto, begin_auto
-from sitl.autopilot.auto_items import navigates
+from sitl.autopilot.auto_items import AutoItem, navigates
 from sitl.autopilot.copter_failsafe import LOOK_US, watch
 from sitl.autopilot.copter_fence import watch_fence
 from sitl.autopilot.copter_memory import PREARM_US, CopterState, knows_place, notify, stand_down
@@ -32,12 +32,13 @@ from sitl.orders import (
     Mode,
     Notice,
     Order,
+    SetHome,
     Severity,
     Shot,
     Verdict,
 )
-from sitl.plans import MissionRun, Plans
-from sitl.signals import Demand, Setpoint, vector
+from sitl.plans import MissionRun, PlanItem, Plans
+from sitl.signals import Demand, GeoPoint, Setpoint, vector
 
 __all__ = ["Copter"]
 
@@ -169,7 +170,9 @@ class Copter:
         if isinstance(going, Auto):
             going = going.step(condition, dt_s, parameters, state.payload.bearing_rad(condition))
             state.run, state.speeds = going.run, going.speeds
-            if going.deed is not None:
+            if going.deed is not None and going.deed.command == AutoItem.SET_HOME:
+                going = self._moved_home(going, going.deed, condition)
+            elif going.deed is not None:
                 state.payload = state.payload.told(going.deed, state.home)
         else:
             going = going.step(condition, dt_s, parameters, state.speeds)
@@ -185,6 +188,15 @@ class Copter:
                 acceleration_ned_mps2=vector((0.0, 0.0, 0.0)),
             )
         return setpoint
+
+    def _moved_home(self, going: Auto, item: PlanItem, condition: Condition) -> Auto:
+        """DO_SET_HOME in a mission: the heights that follow count from the new one."""
+        state = self._state
+        lat_deg, lon_deg, alt_m = item.params[4:]
+        if item.is_relative and state.home is not None:
+            alt_m += state.home.point.alt_amsl_m
+        self.obey(SetHome(None if item.params[0] == 1.0 else GeoPoint(lat_deg, lon_deg, alt_m)), condition)
+        return going if state.home is None else replace(going, home=state.home)
 
     def _as_the_cascade_takes_it(self, setpoint: Setpoint) -> Setpoint:
         """ArduPilot damps the speed's error where the cascade damps the speed: (1 + D)·a makes up for that."""
@@ -202,6 +214,8 @@ class Copter:
             return begin_guided(condition)
         if state.mode is Mode.AUTO and state.home is not None and condition.origin is not None:
             state.payload = replace(state.payload, paused=False)
+            if self.parameters["MIS_RESTART"] == 1.0:
+                state.run = MissionRun()
             return begin_auto(
                 state.plans.mission, state.run, condition, state.home, state.speeds, self.parameters
             )

@@ -1,4 +1,4 @@
-"""Rest to rest along a straight leg, limited in speed, acceleration and jerk, and how two legs are joined.
+"""Along a straight leg, mostly from rest to rest, limited in speed, acceleration and jerk, and how two legs are joined.
 
 ArduPilot (since 4.1) flies past a waypoint by starting the next leg while the last one still brakes: the motions of
 both add up. Source: ArduPilot 4.6, SCurve.cpp, advance_target_along_track. Simpler: its jerk has no ramp of its own.
@@ -7,11 +7,12 @@ both add up. Source: ArduPilot 4.6, SCurve.cpp, advance_target_along_track. Simp
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-__all__ = ["Along", "Leg", "Motion", "joins", "leg_between"]
+__all__ = ["Along", "Leg", "Motion", "joins", "leg_between", "reaches_within", "stops_within"]
 
 
 class Along(NamedTuple):
@@ -35,7 +36,10 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class Leg:
-    """A straight leg from `begin_m`, `begin_down_m` along the unit vector (`level`, `down`)."""
+    """A straight leg from `begin_m`, `begin_down_m` along the unit vector (`level`, `down`).
+
+    It begins at `begin_mps` and ends at `end_mps`, or as near to that as its length allows.
+    """
 
     begin_m: complex
     begin_down_m: float
@@ -45,24 +49,28 @@ class Leg:
     speed_mps: float
     acceleration_mps2: float
     jerk_mps3: float
+    begin_mps: float = 0.0
+    end_mps: float = 0.0
 
     @cached_property
     def _phases(self) -> tuple[tuple[float, float], ...]:
         """(seconds, jerk) of each phase: speeding up, cruising, braking."""
         a, j, length = self.acceleration_mps2, self.jerk_mps3, self.length_m
-        v = self.speed_mps
-        if _run_up_m(v, a, j) > 0.5 * length:
-            v = _speed_within(0.5 * length, a, j)
-        peak = min(a, math.sqrt(v * j))
-        ramp_s = peak / j
-        steady_s = max(0.0, v / peak - ramp_s) if peak > 0.0 else 0.0
-        cruise_s = max(0.0, length - 2.0 * _run_up_m(v, a, j)) / v if v > 0.0 else 0.0
-        rise = ((ramp_s, j), (steady_s, 0.0), (ramp_s, -j))
-        return (*rise, (cruise_s, 0.0), (ramp_s, -j), (steady_s, 0.0), (ramp_s, j))
+        begin, end, v = self.begin_mps, self.end_mps, self.speed_mps
+        if not begin and not end:
+            if _run_up_m(v, a, j) > 0.5 * length:
+                v = _speed_within(0.5 * length, a, j)
+        else:
+            v = _bisected(
+                lambda v: _change_m(begin, v, a, j) + _change_m(v, end, a, j), length, max(begin, end), v
+            )
+        cruise_m = length - _change_m(begin, v, a, j) - _change_m(v, end, a, j)
+        cruise_s = max(0.0, cruise_m) / v if v > 0.0 else 0.0
+        return (*_change(begin, v, a, j), (cruise_s, 0.0), *_change(v, end, a, j))
 
     @cached_property
     def duration_s(self) -> float:
-        """From rest to rest."""
+        """From its begin to its end."""
         return sum(seconds for seconds, _ in self._phases)
 
     @cached_property
@@ -72,7 +80,7 @@ class Leg:
 
     def along(self, t_s: float) -> Along:
         """Where on the leg, after `t_s`."""
-        way = speed = acceleration = 0.0
+        way, speed, acceleration = 0.0, self.begin_mps, 0.0
         left_s = min(max(t_s, 0.0), self.duration_s)
         for seconds, jerk in self._phases:
             dt = min(seconds, left_s)
@@ -95,6 +103,20 @@ class Leg:
             self.down * speed,
             self.down * acceleration,
         )
+
+
+def stops_within(leg: Leg) -> float:
+    """How fast the leg may be entered so that it can end at rest."""
+    a, j = leg.acceleration_mps2, leg.jerk_mps3
+    return _bisected(lambda v: _change_m(v, 0.0, a, j), leg.length_m, 0.0, leg.speed_mps)
+
+
+def reaches_within(leg: Leg, begin_mps: float, end_mps: float) -> float:
+    """The speed nearest to `end_mps` that the leg can end at, when it begins at `begin_mps`."""
+    a, j = leg.acceleration_mps2, leg.jerk_mps3
+    if end_mps <= begin_mps:
+        return end_mps
+    return _bisected(lambda v: _change_m(begin_mps, v, a, j), leg.length_m, begin_mps, end_mps)
 
 
 def leg_between(
@@ -138,6 +160,31 @@ def joins(leg: Leg, t_s: float, after: Leg, radius_m: float, corner_mps2: float)
         and abs(first.velocity_mps + second.velocity_mps) <= slowest + 1e-6
         and abs(first.acceleration_mps2 + second.acceleration_mps2) < corner_mps2
     )
+
+
+def _change(before: float, after: float, a: float, j: float) -> tuple[tuple[float, float], ...]:
+    """(seconds, jerk) of the three phases from one speed to another."""
+    difference = abs(after - before)
+    peak = min(a, math.sqrt(difference * j))
+    ramp_s = peak / j
+    steady_s = max(0.0, difference / peak - ramp_s) if peak > 0.0 else 0.0
+    jerk = math.copysign(j, after - before)
+    return (ramp_s, jerk), (steady_s, 0.0), (ramp_s, -jerk)
+
+
+def _change_m(before: float, after: float, a: float, j: float) -> float:
+    """The way that takes: the mean of both speeds, times how long it takes."""
+    return 0.5 * (before + after) * sum(seconds for seconds, _ in _change(before, after, a, j))
+
+
+def _bisected(way_m: Callable[[float], float], length_m: float, low: float, high: float) -> float:
+    """The greatest speed between these two whose way fits into the length; the lower one when none does."""
+    if way_m(high) <= length_m:
+        return high
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if way_m(middle) <= length_m else (low, middle)
+    return low
 
 
 def _run_up_m(v: float, a: float, j: float) -> float:
