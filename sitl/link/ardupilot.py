@@ -20,8 +20,10 @@ from sitl.link.ardupilot_streams import COPTER_RATES_HZ, FASTEST_HZ, stream_mess
 from sitl.link.ardupilot_targets import global_target, local_target
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import Command, command_of
+from sitl.link.files import FILE_MESSAGE, Files
 from sitl.link.helm import Helm
 from sitl.link.messages import Message, MessageType, message_type
+from sitl.link.param_pack import param_file
 from sitl.link.px4_status import status_texts
 from sitl.link.report import Report
 from sitl.link.signing import Signer
@@ -69,6 +71,7 @@ class ArduPilotLinkState:
     schedule: Schedule
     parameters: CopterParameterService
     plans: CopterPlanService
+    files: Files
     greets: bool
     told_home: Home | None
     text_number: int
@@ -82,6 +85,7 @@ class ArduPilotLink:
         self._streams = Streams(COPTER_RATES_HZ)
         self._parameters = CopterParameterService()
         self._plans = CopterPlanService()
+        self._files = Files()
         self._greets = greets
         self._told_home: Home | None = None
         self._text_number = 0
@@ -103,7 +107,7 @@ class ArduPilotLink:
             self._greets, out = False, GREETING
         for message in self._parameters.proceed(helm.parameters, helm.time_us):
             out += self._codec.encode(message)
-        for message in self._plans.proceed(helm):
+        for message in (*self._plans.proceed(helm), *self._files.proceed()):
             out += self._codec.encode(message)
         due = self._streams.due(helm.time_us)
         if due:
@@ -135,6 +139,7 @@ class ArduPilotLink:
             self._streams.snapshot(),
             replace(self._parameters),
             replace(self._plans),
+            replace(self._files),
             self._greets,
             self._told_home,
             self._text_number,
@@ -145,6 +150,7 @@ class ArduPilotLink:
         self._codec.restore(state.codec)
         self._streams.restore(state.schedule)
         self._parameters, self._plans = replace(state.parameters), replace(state.plans)
+        self._files = replace(state.files)
         self._greets, self._told_home, self._text_number = state.greets, state.told_home, state.text_number
 
     def _whereabouts(self, helm: Helm) -> list[Message]:
@@ -182,6 +188,11 @@ class ArduPilotLink:
 
     def _on_plan(self, received: Received, helm: Helm) -> list[Message]:
         return self._plans.receive(received, helm) if self._addresses_us(received.message) else []
+
+    def _on_file(self, received: Received, helm: Helm) -> list[Message]:
+        if not self._addresses_us(received.message):
+            return []
+        return self._files.receive(received, lambda path: param_file(path, helm.parameters))
 
     def _on_timesync(self, received: Received, helm: Helm) -> list[Message]:
         timesync = received.message
@@ -302,6 +313,7 @@ _HANDLERS: Mapping[MessageType, Callable[[ArduPilotLink, Received, Helm], list[M
     _SET_MODE: ArduPilotLink._on_set_mode,
     _REQUEST_DATA_STREAM: ArduPilotLink._on_data_stream,
     _TIMESYNC: ArduPilotLink._on_timesync,
+    FILE_MESSAGE: ArduPilotLink._on_file,
     **dict.fromkeys(_PARAMETER_MESSAGES, ArduPilotLink._on_parameter),
     **dict.fromkeys(COPTER_MISSION_MESSAGES, ArduPilotLink._on_plan),
 }

@@ -92,11 +92,11 @@ def _heartbeat(report: Report) -> Message:
 def _sys_status(report: Report) -> Message | None:
     """As PX4's, whose prearm bit is ArduPilot's too: it says less than the answer to arming. And how the fence is."""
     told, fence = STATUS[_SYS_STATUS](report), report.flight.fence
-    if told is None or not fence.watched:
-        return told
+    if told is None:
+        return None
     status: Message = told._replace(
         onboard_control_sensors_present=told.onboard_control_sensors_present | _GEOFENCE,
-        onboard_control_sensors_enabled=told.onboard_control_sensors_enabled | _GEOFENCE,
+        onboard_control_sensors_enabled=told.onboard_control_sensors_enabled | _GEOFENCE * bool(fence.watched),
         onboard_control_sensors_health=told.onboard_control_sensors_health | _GEOFENCE * (not fence.breached),
     )
     return status

@@ -16,6 +16,7 @@ from sitl.link.camera import Camera, CameraState
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import ORDERS, Command, command_of
 from sitl.link.failures import begun_by, ended_by
+from sitl.link.files import FILE_MESSAGE, Files, no_file
 from sitl.link.gimbal import GIMBAL, claimed
 from sitl.link.helm import Helm
 from sitl.link.instruments import INSTRUMENTS, image_captured
@@ -68,6 +69,7 @@ class Px4LinkState:
     schedule: Schedule
     parameters: ParameterService
     plans: PlanService
+    files: Files
     verdicts: tuple[Message, ...]
     hears_gcs: bool
     told_origin: Message | None
@@ -93,6 +95,7 @@ class Px4Link:
         self._streams = Streams(rates_hz)
         self._parameters = ParameterService()
         self._plans = PlanService()
+        self._files = Files()
         self._verdicts: tuple[Message, ...] = ()
         self._hears_gcs = False
         self._heartbeats: list[Received] = []
@@ -161,6 +164,7 @@ class Px4Link:
             self._streams.snapshot(),
             replace(self._parameters),
             replace(self._plans),
+            replace(self._files),
             self._verdicts,
             self._hears_gcs,
             self._told_origin,
@@ -174,6 +178,7 @@ class Px4Link:
         self._codec.restore(state.codec)
         self._streams.restore(state.schedule)
         self._parameters, self._plans = replace(state.parameters), replace(state.plans)
+        self._files = replace(state.files)
         self._verdicts, self._hears_gcs = state.verdicts, state.hears_gcs
         self._told_origin = state.told_origin
         if self._camera is not None and state.camera is not None:
@@ -229,6 +234,10 @@ class Px4Link:
 
     def _on_plan(self, received: Received, helm: Helm) -> list[Message]:
         return self._plans.receive(received, helm) if self._addresses_us(received.message) else []
+
+    def _on_file(self, received: Received, _: Helm) -> list[Message]:
+        """PX4 has files; there are none here, and it says so."""
+        return self._files.receive(received, no_file) if self._addresses_us(received.message) else []
 
     def _on_ping(self, received: Received, _: Helm) -> list[Message]:
         ping = received.message
@@ -346,6 +355,7 @@ _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message
     _SET_MODE: Px4Link._on_set_mode,
     _PING: Px4Link._on_ping,
     _TIMESYNC: Px4Link._on_timesync,
+    FILE_MESSAGE: Px4Link._on_file,
     **dict.fromkeys(_PARAMETER_MESSAGES, Px4Link._on_parameter),
     **dict.fromkeys(MISSION_MESSAGES, Px4Link._on_plan),
 }
