@@ -25,9 +25,11 @@ __all__ = [
     "Orbit",
     "OrbitRun",
     "Order",
+    "Pause",
     "PayloadStatus",
     "Reposition",
     "SetHome",
+    "SetOutput",
     "Severity",
     "Shot",
     "StartMission",
@@ -196,6 +198,21 @@ class TurnTo:
     relative: bool
 
 
+@dataclass(frozen=True, slots=True)
+class SetOutput:
+    """Put a pulse of so many microseconds on that servo output, counted from 1."""
+
+    number: int
+    pwm_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """Come to rest on the way, or with `go_on` fly on."""
+
+    go_on: bool
+
+
 Order = (
     ChangeSpeed
     | Orbit
@@ -209,6 +226,8 @@ Order = (
     | StartMission
     | UsePayload
     | SetHome
+    | SetOutput
+    | Pause
     | TurnTo
 )
 
@@ -359,3 +378,5 @@ class FlightStatus:
     knows_place: bool = True
     """Whether it would fly by its position now."""
     fence: FenceStatus = FenceStatus()
+    outputs: tuple[tuple[int, int], ...] = ()
+    """What has been put on servo outputs: number and pulse in microseconds."""

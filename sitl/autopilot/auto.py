@@ -63,6 +63,8 @@ class Auto:
     after_s: float = -1.0
     trip: Trip | None = None
     at_place: bool = False
+    paused: bool = False
+    pace: float = 1.0
     arrived_at_us: int | None = None
     todo: tuple[int, ...] = ()
     doing_since_us: int | None = None
@@ -104,6 +106,10 @@ class Auto:
         north_m, east_m, _ = condition.estimate.position_ned_m.tolist()
         ahead_m = abs(glide.position_m - complex(north_m, east_m))
         moving = dt * max(0.0, 1.0 - max(0.0, ahead_m - 1.0) / _SLACK_M)
+        speed_mps = abs(glide.velocity_mps) or abs(glide.down_speed_mps)
+        braking = dt * acceleration_of(parameters, "WPNAV_ACCEL") / max(1.0, speed_mps)
+        pace = max(0.0, self.pace - braking) if self.paused else min(1.0, self.pace + braking)
+        moving *= pace
         leg_s, after_s = min(self.leg_s + moving, self.leg.duration_s), self.after_s
         radius_m, corner_mps2 = 0.01 * parameters["WPNAV_RADIUS"], 0.01 * parameters["WPNAV_ACCEL_C"]
         corner_mps2 = corner_mps2 or 2.0 * acceleration_of(parameters, "WPNAV_ACCEL")
@@ -123,8 +129,15 @@ class Auto:
                 down_speed_mps=motion.down_speed_mps + second.down_speed_mps,
                 down_acceleration_mps2=motion.down_acceleration_mps2 + second.down_acceleration_mps2,
             )
+        if pace < 1.0:
+            motion = motion._replace(
+                velocity_mps=motion.velocity_mps * pace,
+                acceleration_mps2=motion.acceleration_mps2 * pace**2,
+                down_speed_mps=motion.down_speed_mps * pace,
+                down_acceleration_mps2=motion.down_acceleration_mps2 * pace**2,
+            )
         yaw, rate = self._turning(motion.velocity_mps, parameters, bearing_rad, dt)
-        return replace(self, leg_s=leg_s, after_s=after_s, glide=Glide(*motion, yaw, rate))
+        return replace(self, pace=pace, leg_s=leg_s, after_s=after_s, glide=Glide(*motion, yaw, rate))
 
     def _turning(
         self, velocity_mps: complex, parameters: Mapping[str, float], bearing_rad: float, dt: float

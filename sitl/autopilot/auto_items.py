@@ -38,6 +38,7 @@ class AutoItem(IntEnum):
     JUMP = 177
     CHANGE_SPEED = 178
     SET_HOME = 179
+    SET_SERVO = 183
 
 
 _NAVIGATING = frozenset({*range(16, 95)} - {80})

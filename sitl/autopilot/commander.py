@@ -31,8 +31,10 @@ from sitl.orders import (
     Notice,
     Orbit,
     Order,
+    Pause,
     Reposition,
     SetHome,
+    SetOutput,
     Severity,
     Shot,
     StartMission,
@@ -124,7 +126,7 @@ class Commander:
                 told = self._state.payload.told(item, self._state.home)
                 self._state.payload = replace(told, paused=False)
                 return Verdict.ACCEPTED
-            case SetHome() | TurnTo():
+            case SetHome() | TurnTo() | SetOutput() | Pause():
                 return Verdict.DENIED
 
     def steer(self, setpoint: Setpoint, condition: Condition) -> None:

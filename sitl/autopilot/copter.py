@@ -33,6 +33,7 @@ from sitl.orders import (
     Notice,
     Order,
     SetHome,
+    SetOutput,
     Severity,
     Shot,
     Verdict,
@@ -131,6 +132,7 @@ class Copter:
             run=state.run,
             mission_ok=navigates(state.plans.mission),
             knows_place=knows_place(condition),
+            outputs=state.outputs,
             fence=FenceStatus(
                 fence_parts(state, self.parameters),
                 state.fence.breached,
@@ -172,6 +174,8 @@ class Copter:
             state.run, state.speeds = going.run, going.speeds
             if going.deed is not None and going.deed.command == AutoItem.SET_HOME:
                 going = self._moved_home(going, going.deed, condition)
+            elif going.deed is not None and going.deed.command == AutoItem.SET_SERVO:
+                self.obey(SetOutput(int(going.deed.params[0]), int(going.deed.params[1])), condition)
             elif going.deed is not None:
                 state.payload = state.payload.told(going.deed, state.home)
         else:

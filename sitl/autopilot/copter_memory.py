@@ -87,6 +87,7 @@ class CopterState:
     """Whether the least height is watched: since the flight first was above it."""
     blind: bool = False
     """Whether LAND goes down level, without a position."""
+    outputs: tuple[tuple[int, int], ...] = ()
     trail: Trail = field(default_factory=Trail)
     gcs_heard_us: int | None = None
     told_place: bool = False

@@ -25,8 +25,10 @@ from sitl.orders import (
     Mode,
     Orbit,
     Order,
+    Pause,
     Reposition,
     SetHome,
+    SetOutput,
     Severity,
     StartMission,
     SwitchMode,
@@ -40,6 +42,8 @@ from sitl.plans import MissionRun, PlanKind
 from sitl.signals import GeoPoint, Setpoint, vector
 
 __all__ = ["carry_out", "steer", "switch"]
+
+_MOTORS_N, _OUTPUTS_N = 4, 16
 
 
 def carry_out(
@@ -77,6 +81,10 @@ def carry_out(
             return Verdict.ACCEPTED if speed_mps > 0.0 else Verdict.DENIED
         case TurnTo():
             return _turn(state, order)
+        case SetOutput(number, pwm_us):
+            return _put(state, number, pwm_us)
+        case Pause(go_on):
+            return _pause(state, go_on=go_on)
         case Orbit():
             return Verdict.DENIED
 
@@ -224,6 +232,22 @@ def _set_home(state: CopterState, point: GeoPoint | None, condition: Condition) 
         ned_m = ned_of_geodetic(anchor, (point.lat_deg, point.lon_deg, point.alt_amsl_m))
         here = Home(point, vector(ned_m), here.q_ned_frd)
     state.home, state.home_locked = here, True
+    return Verdict.ACCEPTED
+
+
+def _put(state: CopterState, number: int, pwm_us: int) -> Verdict:
+    """Not on the outputs of the motors."""
+    if not _MOTORS_N < number <= _OUTPUTS_N:
+        return Verdict.NOT_NOW
+    state.outputs = tuple(sorted({**dict(state.outputs), number: pwm_us}.items()))
+    return Verdict.ACCEPTED
+
+
+def _pause(state: CopterState, *, go_on: bool) -> Verdict:
+    """A mission alone can be paused; GUIDED has nothing to go on with here."""
+    if not isinstance(state.going, Auto):
+        return Verdict.DENIED
+    state.going = replace(state.going, paused=not go_on)
     return Verdict.ACCEPTED
 
 

@@ -15,14 +15,22 @@ from pymavlink.dialects.v20 import common
 from sitl.link.ardupilot_commands import COPTER_ORDERS, INT_ONLY, INT_ORDERS
 from sitl.link.ardupilot_missions import COPTER_MISSION_MESSAGES, COPTER_PROGRESS, CopterPlanService
 from sitl.link.ardupilot_parameters import CopterParameterService
-from sitl.link.ardupilot_status import BOOT_US, COPTER_STATUS, MODE_OF_NUMBER, camera_feedback
+from sitl.link.ardupilot_status import (
+    BOOT_US,
+    COPTER_LISTED_MODES,
+    COPTER_STATUS,
+    MODE_OF_NUMBER,
+    camera_feedback,
+)
 from sitl.link.ardupilot_streams import COPTER_RATES_HZ, FASTEST_HZ, stream_messages
 from sitl.link.ardupilot_targets import global_target, local_target
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import Command, command_of
 from sitl.link.files import FILE_MESSAGE, Files
 from sitl.link.helm import Helm
+from sitl.link.logs import LOG_REQUEST, no_logs
 from sitl.link.messages import Message, MessageType, message_type
+from sitl.link.mode_list import AVAILABLE_MODES, listed
 from sitl.link.param_pack import param_file
 from sitl.link.px4_status import status_texts
 from sitl.link.report import Report
@@ -194,6 +202,9 @@ class ArduPilotLink:
             return []
         return self._files.receive(received, lambda path: param_file(path, helm.parameters))
 
+    def _on_log_list(self, received: Received, _: Helm) -> list[Message]:
+        return no_logs() if self._addresses_us(received.message) else []
+
     def _on_timesync(self, received: Received, helm: Helm) -> list[Message]:
         timesync = received.message
         return [] if timesync.tc1 else [_TIMESYNC(helm.time_us * 1000, timesync.ts1)]
@@ -254,6 +265,9 @@ class ArduPilotLink:
         return texts
 
     def _request_message(self, command: Command, received: Received, helm: Helm) -> list[Message]:
+        if _number(command.param1) == AVAILABLE_MODES.ID:
+            modes = listed(COPTER_LISTED_MODES, _number(command.param2))
+            return [_ack(command.number, _ACCEPTED if modes else _FAILED, received), *modes]
         builder = _BUILDERS.get(_number(command.param1))
         message = None if builder is None else builder(helm.report())
         if message is None:
@@ -314,6 +328,7 @@ _HANDLERS: Mapping[MessageType, Callable[[ArduPilotLink, Received, Helm], list[M
     _REQUEST_DATA_STREAM: ArduPilotLink._on_data_stream,
     _TIMESYNC: ArduPilotLink._on_timesync,
     FILE_MESSAGE: ArduPilotLink._on_file,
+    LOG_REQUEST: ArduPilotLink._on_log_list,
     **dict.fromkeys(_PARAMETER_MESSAGES, ArduPilotLink._on_parameter),
     **dict.fromkeys(COPTER_MISSION_MESSAGES, ArduPilotLink._on_plan),
 }

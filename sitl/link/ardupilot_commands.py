@@ -13,8 +13,10 @@ from sitl.orders import (
     FlightStatus,
     Mode,
     Order,
+    Pause,
     Reposition,
     SetHome,
+    SetOutput,
     StartMission,
     SwitchMode,
     TakeOff,
@@ -77,6 +79,17 @@ def _reposition(command: Command, flight: FlightStatus, frame: int) -> Order | N
     return Reposition(lat_deg, lon_deg, base_m + alt_m, command.param4, command.param1)
 
 
+def _set_servo(command: Command, _: FlightStatus) -> Order | None:
+    if not (math.isfinite(command.param1) and 0.0 <= command.param2 <= _PULSE_MOST_US):
+        return None
+    return SetOutput(int(command.param1), int(command.param2))
+
+
+def _pause(command: Command, _: FlightStatus) -> Order | None:
+    return Pause(command.param1 == 1.0) if command.param1 in (0.0, 1.0) else None
+
+
+_PULSE_MOST_US = 65535.0
 _PAYLOAD = (
     common.MAV_CMD_DO_SET_ROI,
     common.MAV_CMD_DO_SET_ROI_LOCATION,
@@ -98,6 +111,8 @@ COPTER_ORDERS: Mapping[int, Callable[[Command, FlightStatus], Order | None]] = {
     common.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
     common.MAV_CMD_CONDITION_YAW: _turn,
     common.MAV_CMD_DO_SET_HOME: _set_home,
+    common.MAV_CMD_DO_SET_SERVO: _set_servo,
+    common.MAV_CMD_DO_PAUSE_CONTINUE: _pause,
     **{number: ORDERS[number] for number in _PAYLOAD},
 }
 """What each command orders; None: it orders nothing that can be done."""

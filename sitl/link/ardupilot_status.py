@@ -9,12 +9,13 @@ from pymavlink.dialects.v20 import ardupilotmega, common
 
 from sitl.link.instruments import INSTRUMENTS
 from sitl.link.messages import Message, MessageType, layout_of, message_type
+from sitl.link.mode_list import ListedMode
 from sitl.link.px4_status import STATUS
 from sitl.link.report import Report, euler_rad, whole
 from sitl.link.telemetry import TELEMETRY, Builder
 from sitl.orders import Mode, Shot
 
-__all__ = ["BOOT_US", "COPTER_STATUS", "MODE_OF_NUMBER", "camera_feedback"]
+__all__ = ["BOOT_US", "COPTER_LISTED_MODES", "COPTER_STATUS", "MODE_OF_NUMBER", "camera_feedback"]
 
 BOOT_US = 2_900_000
 """So long the HEARTBEAT says BOOT, and streams cannot be asked for."""
@@ -26,6 +27,8 @@ _RAW_IMU = message_type("RAW_IMU")
 _RC_CHANNELS = message_type("RC_CHANNELS")
 _NAV_CONTROLLER_OUTPUT = message_type("NAV_CONTROLLER_OUTPUT")
 _FENCE_STATUS = message_type("FENCE_STATUS")
+_CURRENT_MODE = message_type("CURRENT_MODE")
+_SERVO_OUTPUT_RAW = message_type("SERVO_OUTPUT_RAW")
 
 
 def _own(name: str) -> MessageType:
@@ -51,6 +54,13 @@ _NUMBERS: Mapping[Mode, int] = {
     Mode.SMARTRTL: 21,
 }
 MODE_OF_NUMBER: Mapping[int, Mode] = {number: mode for mode, number in _NUMBERS.items()}
+
+_STANDARD_MODES = {Mode.AUTO: 6, Mode.LOITER: 1, Mode.RTL: 5, Mode.LAND: 7, Mode.ALT_HOLD: 4}
+"""MAVLink's MAV_STANDARD_MODE."""
+COPTER_LISTED_MODES = tuple(
+    ListedMode(mode.name, number, _STANDARD_MODES.get(mode, 0)) for mode, number in _NUMBERS.items()
+)
+"""For AVAILABLE_MODES."""
 
 _ARMED, _MANUAL_INPUT, _STABILIZED, _GUIDED, _CUSTOM = 128, 64, 16, 8, 1
 _STICKS_ALONE = (Mode.STABILIZE, Mode.ALT_HOLD, Mode.LAND)
@@ -96,7 +106,8 @@ def _sys_status(report: Report) -> Message | None:
         return None
     status: Message = told._replace(
         onboard_control_sensors_present=told.onboard_control_sensors_present | _GEOFENCE,
-        onboard_control_sensors_enabled=told.onboard_control_sensors_enabled | _GEOFENCE * bool(fence.watched),
+        onboard_control_sensors_enabled=told.onboard_control_sensors_enabled
+        | _GEOFENCE * bool(fence.watched),
         onboard_control_sensors_health=told.onboard_control_sensors_health | _GEOFENCE * (not fence.breached),
     )
     return status
@@ -114,6 +125,20 @@ def _fence_status(report: Report) -> Message | None:
         breach_time=fence.time_us // 1000 & 0xFFFFFFFF,
         breach_mitigation=0,
     )
+
+
+def _current_mode(report: Report) -> Message:
+    number = _NUMBERS[report.flight.mode]
+    return _CURRENT_MODE(number, number, _STANDARD_MODES.get(report.flight.mode, 0))
+
+
+def _servo_output_raw(report: Report) -> Message | None:
+    """The motors, and what DO_SET_SERVO has put on other outputs."""
+    told = INSTRUMENTS[_SERVO_OUTPUT_RAW](report)
+    if told is None or not report.flight.outputs:
+        return told
+    put: Message = told._replace(**{f"servo{number}_raw": pwm for number, pwm in report.flight.outputs})
+    return put
 
 
 def _autopilot_version(report: Report) -> Message | None:
@@ -225,5 +250,7 @@ COPTER_STATUS: Mapping[MessageType, Builder] = {
     _RC_CHANNELS: _rc_channels,
     _NAV_CONTROLLER_OUTPUT: _nav_controller_output,
     _FENCE_STATUS: _fence_status,
+    _CURRENT_MODE: _current_mode,
+    _SERVO_OUTPUT_RAW: _servo_output_raw,
 }
 """All that can be told."""

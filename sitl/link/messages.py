@@ -76,6 +76,20 @@ def _spelled_out(message_id: int, name: str, fields: str, wire: str, crc_extra: 
 
 
 _BEYOND_COMMON = {
+    300: _spelled_out(
+        300,
+        "PROTOCOL_VERSION",
+        "version min_version max_version spec_version_hash library_version_hash",
+        "<HHH8s8s",
+        217,
+    ),
+    435: _spelled_out(
+        435,
+        "AVAILABLE_MODES",
+        "custom_mode properties number_modes mode_index standard_mode mode_name",
+        "<IIBBB35s",
+        134,
+    ),
     436: _spelled_out(436, "CURRENT_MODE", "custom_mode intended_custom_mode standard_mode", "<IIB", 193),
 }
 """What PX4 sends and pymavlink's common dialect does not have yet: from its development dialect."""

@@ -20,10 +20,12 @@ from sitl.link.files import FILE_MESSAGE, Files, no_file
 from sitl.link.gimbal import GIMBAL, claimed
 from sitl.link.helm import Helm
 from sitl.link.instruments import INSTRUMENTS, image_captured
+from sitl.link.logs import LOG_REQUEST, no_logs
 from sitl.link.messages import Message, MessageType, message_type
 from sitl.link.missions import MISSION_MESSAGES, PROGRESS, PlanService
+from sitl.link.mode_list import AVAILABLE_MODES, listed
 from sitl.link.parameters import ParameterService
-from sitl.link.px4_status import MODE_OF_CODE, STATUS, status_texts
+from sitl.link.px4_status import MODE_OF_CODE, PX4_MODES, STATUS, status_texts
 from sitl.link.report import Report
 from sitl.link.setpoints import attitude_setpoint_of, setpoint_of
 from sitl.link.signing import Signer
@@ -45,7 +47,6 @@ _PING = message_type("PING")
 _TIMESYNC = message_type("TIMESYNC")
 _MESSAGE_INTERVAL = message_type("MESSAGE_INTERVAL")
 _GPS_GLOBAL_ORIGIN = message_type("GPS_GLOBAL_ORIGIN")
-_AUTOPILOT_VERSION = message_type("AUTOPILOT_VERSION")
 
 _BUILDERS: Mapping[int, Builder] = {
     kind.ID: builder for kind, builder in {**TELEMETRY, **INSTRUMENTS, **STATUS, **PROGRESS}.items()
@@ -239,6 +240,9 @@ class Px4Link:
         """PX4 has files; there are none here, and it says so."""
         return self._files.receive(received, no_file) if self._addresses_us(received.message) else []
 
+    def _on_log_list(self, received: Received, _: Helm) -> list[Message]:
+        return no_logs() if self._addresses_us(received.message) else []
+
     def _on_ping(self, received: Received, _: Helm) -> list[Message]:
         ping = received.message
         if ping.target_system or ping.target_component:
@@ -281,6 +285,10 @@ class Px4Link:
         return [_ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
     def _request_message(self, command: Command, received: Received, helm: Helm) -> list[Message]:
+        if _number(command.param1) == AVAILABLE_MODES.ID:
+            modes = listed(PX4_MODES, _number(command.param2) if math.isfinite(command.param2) else 0)
+            result = common.MAV_RESULT_ACCEPTED if modes else common.MAV_RESULT_DENIED
+            return [*modes, _ack(command.number, result, received)]
         builder = self._builders.get(_number(command.param1))
         message = None if builder is None else builder(helm.report())
         if message is None:
@@ -302,9 +310,10 @@ class Px4Link:
                 helm.heal(kind)
         return [_ack(command.number, result, received)]
 
-    def _request_version(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        version = command._replace(param1=float(_AUTOPILOT_VERSION.ID))
-        return self._request_message(version, received, helm)
+    def _request_named(self, command: Command, received: Received, helm: Helm) -> list[Message]:
+        """The old commands that ask for one message each."""
+        wanted = command._replace(param1=float(_REQUESTED_BY[command.number]))
+        return self._request_message(wanted, received, helm)
 
     def _set_interval(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         message_id = _number(command.param1)
@@ -321,6 +330,11 @@ class Px4Link:
         return [interval, _ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
 
+_REQUESTED_BY: Mapping[int, int] = {
+    common.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: message_type("AUTOPILOT_VERSION").ID,
+    common.MAV_CMD_REQUEST_PROTOCOL_VERSION: message_type("PROTOCOL_VERSION").ID,
+    common.MAV_CMD_GET_HOME_POSITION: message_type("HOME_POSITION").ID,
+}
 _CAMERA = common.MAV_COMP_ID_CAMERA
 _CAMERA_COMMANDS = (common.MAV_CMD_IMAGE_START_CAPTURE, common.MAV_CMD_IMAGE_STOP_CAPTURE)
 
@@ -356,6 +370,7 @@ _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message
     _PING: Px4Link._on_ping,
     _TIMESYNC: Px4Link._on_timesync,
     FILE_MESSAGE: Px4Link._on_file,
+    LOG_REQUEST: Px4Link._on_log_list,
     **dict.fromkeys(_PARAMETER_MESSAGES, Px4Link._on_parameter),
     **dict.fromkeys(MISSION_MESSAGES, Px4Link._on_plan),
 }
@@ -363,7 +378,7 @@ _COMMANDS: Mapping[int, Callable[[Px4Link, Command, Received, Helm], list[Messag
     common.MAV_CMD_DO_SET_MODE: Px4Link._do_set_mode,
     common.MAV_CMD_INJECT_FAILURE: Px4Link._inject_failure,
     common.MAV_CMD_REQUEST_MESSAGE: Px4Link._request_message,
-    common.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: Px4Link._request_version,
+    **dict.fromkeys(_REQUESTED_BY, Px4Link._request_named),
     common.MAV_CMD_SET_MESSAGE_INTERVAL: Px4Link._set_interval,
     common.MAV_CMD_GET_MESSAGE_INTERVAL: Px4Link._get_interval,
 }

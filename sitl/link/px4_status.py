@@ -7,17 +7,19 @@ from collections.abc import Mapping
 from pymavlink.dialects.v20 import common
 
 from sitl.link.messages import Message, MessageType, message_type
+from sitl.link.mode_list import ListedMode
 from sitl.link.report import Report, whole
 from sitl.link.telemetry import Builder
 from sitl.orders import Landed, Mode, Notice, Severity
 
-__all__ = ["MODE_OF_CODE", "STATUS", "status_texts"]
+__all__ = ["MODE_OF_CODE", "PX4_MODES", "STATUS", "status_texts"]
 
 _HEARTBEAT = message_type("HEARTBEAT")
 _SYS_STATUS = message_type("SYS_STATUS")
 _EXTENDED_SYS_STATE = message_type("EXTENDED_SYS_STATE")
 _AUTOPILOT_VERSION = message_type("AUTOPILOT_VERSION")
 _CURRENT_MODE = message_type("CURRENT_MODE")
+_PROTOCOL_VERSION = message_type("PROTOCOL_VERSION")
 _ORBIT_EXECUTION_STATUS = message_type("ORBIT_EXECUTION_STATUS")
 _STATUSTEXT = message_type("STATUSTEXT")
 
@@ -69,6 +71,17 @@ _STANDARD_MODES = {
     Mode.LAND: 7,
     Mode.TAKEOFF: 8,
 }
+
+PX4_MODES = tuple(
+    ListedMode(
+        mode.name.capitalize(),
+        main << 16 | sub << 24,
+        _STANDARD_MODES.get(mode, 0),
+        selectable=mode is not Mode.ORBIT,
+    )
+    for mode, (main, sub) in _MODE_CODES.items()
+)
+"""For AVAILABLE_MODES."""
 
 _SENSES = (
     common.MAV_SYS_STATUS_SENSOR_3D_GYRO
@@ -177,6 +190,10 @@ def _autopilot_version(_: Report) -> Message:
     )
 
 
+def _protocol_version(_: Report) -> Message:
+    return _PROTOCOL_VERSION(200, 100, 200, spec_version_hash=bytes(8), library_version_hash=bytes(8))
+
+
 def status_texts(notice: Notice, number: int) -> tuple[list[Message], int]:
     """The notice as text, in numbered parts when it is long; and the number that was used last."""
     text = notice.text.encode("ascii", "replace")
@@ -194,5 +211,6 @@ STATUS: Mapping[MessageType, Builder] = {
     _EXTENDED_SYS_STATE: _extended_sys_state,
     _AUTOPILOT_VERSION: _autopilot_version,
     _CURRENT_MODE: _current_mode,
+    _PROTOCOL_VERSION: _protocol_version,
     _ORBIT_EXECUTION_STATUS: _orbit_execution_status,
 }
