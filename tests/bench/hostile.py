@@ -29,6 +29,7 @@ sys.path.insert(0, str(ROOT))
 
 from mavspiral import load_mission, plan  # noqa: E402
 from mavspiral.closedloop import _config  # noqa: E402
+from mavspiral.flight.autopilots import PROFILES, Autopilot  # noqa: E402
 from mavspiral.flight.outcome import SessionConfig  # noqa: E402
 from mavspiral.flight.session import Session  # noqa: E402
 from sitl.link.codec import Codec  # noqa: E402
@@ -39,6 +40,7 @@ from sitl.simulator import Simulator  # noqa: E402
 KNOWN = [number for number in sorted(common.mavlink_map) if number >= 0 and layout(number) is not None]
 ABSURD = (math.nan, math.inf, -math.inf, 3.4e38, -3.4e38, 1e-45, 0.0, 1.0, 21196.0, 65535.0)
 # Whoever may say these flies the vehicle: in the first part they are said to somebody else.
+AUTOPILOTS: tuple[Autopilot, Autopilot] = ("px4", "ardupilot")
 AUTHORITY = {
     "COMMAND_LONG", "COMMAND_INT", "SET_MODE", "PARAM_SET", "SET_POSITION_TARGET_LOCAL_NED",
     "SET_POSITION_TARGET_GLOBAL_INT", "SET_ATTITUDE_TARGET", "MANUAL_CONTROL", "HEARTBEAT",
@@ -133,14 +135,17 @@ def peak_mb() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def besieged_flight(seed: int, per_step: int, *, obeyed: bool) -> tuple[Counter[str], Session, Simulator]:
+def besieged_flight(
+    seed: int, per_step: int, autopilot: Autopilot, *, obeyed: bool
+) -> tuple[Counter[str], Session, Simulator]:
     """The kiosk, flown in lockstep while both ends get `per_step` hostile datagrams in each 20 ms."""
-    inspection = plan(load_mission(ROOT / "missions/kiosk.toml"))
+    inspection = plan(load_mission(ROOT / "missions/kiosk.toml")).flown_by(autopilot)
     simulator = Simulator(_config(inspection, seed, 0.0, False, ()))
     session = Session(
         inspection.route_from,
         inspection.site.heights.frame,
         SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
+        profiles=(PROFILES[autopilot],),
         way_home=inspection.way_home,
     )
     hostile = Hostile(seed, obeyed=obeyed)
@@ -230,14 +235,14 @@ def besieged_socket() -> None:
 
 def main(datagrams: int) -> None:
     counts: Counter[str] = Counter()
-    flown = seed = 0
+    seed, flights = 0, Counter[str]()
     begin_mb, begin_s = 0.0, time.process_time()
     while counts.total() < datagrams:
-        more, session, _ = besieged_flight(seed, 10, obeyed=False)
+        more, session, _ = besieged_flight(seed, 10, AUTOPILOTS[seed % 2], obeyed=False)
         counts += more
-        flown += session.outcome is not None and session.outcome.ok
         begin_mb = begin_mb or peak_mb()
         seed += 1
+        flights[AUTOPILOTS[(seed - 1) % 2]] += session.outcome is not None and session.outcome.ok
         if not (session.outcome and session.outcome.ok):
             print(f"  seed {seed - 1}: {session.outcome}; {[e.text for e in session.events][-6:]}")
     print(
@@ -245,12 +250,14 @@ def main(datagrams: int) -> None:
     )
     for name, count in sorted(counts.items()):
         print(f"  {name:36s}{count}")
-    print(f"  flights flown as planned            {flown} of {seed}")
+    print(f"  flights flown as planned            {dict(flights)} of {seed}")
     print(f"  memory after the first and the last {begin_mb:.0f} {peak_mb():.0f} MB")
-    more, session, _ = besieged_flight(1000, 10, obeyed=True)
-    print(
-        f"in lockstep, absurd orders obeyed      {more.total()} datagrams: {session.outcome and session.outcome.reason}"
-    )
+    for autopilot in AUTOPILOTS:
+        more, session, _ = besieged_flight(1000, 10, autopilot, obeyed=True)
+        print(
+            f"in lockstep, absurd orders obeyed      {more.total()} datagrams: {autopilot}: "
+            f"{session.outcome and session.outcome.reason}"
+        )
     besieged_socket()
 
 
