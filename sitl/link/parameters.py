@@ -1,15 +1,17 @@
 """PX4's parameter protocol and the parameters that are on offer.
 
-The vehicle's own (`sitl.params`) all have a meaning in it. The others here are asked for by ground stations
-before they say that a vehicle is complete.
+The vehicle's own (`sitl.params`) all have a meaning in it. The others are kept and told: ground stations ask for some of
+them before they say that a vehicle is complete.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib import resources
 from struct import Struct
 
 from sitl.link.messages import Message, message_type
@@ -28,34 +30,13 @@ _HASH_NAME, _NO_INDEX = "_HASH_CHECK", 65535
 _LIST_CHUNK = 10
 """Values a frame: PX4 was seen to send its 878 in 0.86 s."""
 
-_OTHERS: Mapping[str, float | int] = {
-    "BAT1_N_CELLS": 4,
-    "BAT1_V_CHARGED": 4.05,
-    "BAT1_V_EMPTY": 3.6,
-    "CAL_ACC0_ID": 1310988,
-    "CAL_GYRO0_ID": 1310988,
-    "CAL_MAG0_ID": 197388,
-    "COM_ARM_WO_GPS": 1,
-    "COM_FLTMODE1": -1,
-    "COM_FLTMODE2": -1,
-    "COM_FLTMODE3": -1,
-    "COM_FLTMODE4": -1,
-    "COM_FLTMODE5": -1,
-    "COM_FLTMODE6": -1,
-    "COM_RC_IN_MODE": 1,
-    "GF_ACTION": 2,
-    "MAV_COMP_ID": 1,
-    "MAV_TYPE": 2,
-    "MPC_ACC_DOWN_MAX": 3.0,
-    "MPC_ACC_HOR_MAX": 5.0,
-    "MPC_ACC_UP_MAX": 4.0,
-    "MPC_JERK_MAX": 8.0,
-    "NAV_LOITER_RAD": 80.0,
-    "RTL_TYPE": 0,
-    "SYS_AUTOCONFIG": 0,
-    "SYS_AUTOSTART": 10040,
-    "SYS_HITL": 0,
-}
+
+@functools.cache
+def _others() -> Mapping[str, float | int]:
+    """PX4's other parameters, name to default: an int is an INT32."""
+    text = resources.files("sitl").joinpath("px4.toml").read_text(encoding="utf-8")
+    rows = (line.split(" = ") for line in text.splitlines() if not line.startswith("#"))
+    return {name: int(value) if value.lstrip("-").isdigit() else float(value) for name, value in rows}
 
 
 ChangeParameter = Callable[[str, float], None]
@@ -75,7 +56,7 @@ class ParameterTable(Mapping[str, float]):
     """All parameters of one vehicle, in the autopilot's order. Whoever holds it sees every change."""
 
     def __init__(self, params: Params) -> None:
-        self._hold(dict(sorted({**_OTHERS, **params}.items())))
+        self._hold(dict(sorted({**_others(), **params}.items())))
 
     def _hold(self, values: dict[str, float | int]) -> None:
         self._values = values
