@@ -214,7 +214,7 @@ class Vehicle:
 
     def _estimate(self) -> Estimate:
         ekf, told = self._ekf, np.empty(31)
-        report(ekf.nav, ekf.filter.P, ekf.wander_variance_m2, told)
+        report(ekf.nav, ekf.filter.P, ekf.wander_m2(self._frame), told)
         told.setflags(write=False)
         fresh, known = ekf.fixes_fresh(self._frame), self.knows_position
         return Estimate(
