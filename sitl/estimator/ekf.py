@@ -213,7 +213,8 @@ class Ekf:
         share = _BARO_DRIFT_TIME_S / (_BARO_DRIFT_TIME_S + _BARO_BIAS_TIME_S)
         kept = math.exp(-lost_frames * PREDICT_S / _BARO_DRIFT_TIME_S)
         drift_m2 = self._senses.baro_drift_m**2 * (1.0 + share - 2.0 * kept * share)
-        return self.wander_variance_m2 + np.array([0.0, 0.0, drift_m2])
+        north_m2, east_m2, down_m2 = self.wander_variance_m2.tolist()
+        return np.array([north_m2, east_m2, down_m2 + drift_m2])
 
     @property
     def eph_m2(self) -> float:

@@ -45,6 +45,8 @@ _TIMESYNC = message_type("TIMESYNC")
 _MESSAGE_INTERVAL = message_type("MESSAGE_INTERVAL")
 _GPS_GLOBAL_ORIGIN = message_type("GPS_GLOBAL_ORIGIN")
 _AUTOPILOT_VERSION = message_type("AUTOPILOT_VERSION")
+_LOG_REQUEST_LIST = message_type("LOG_REQUEST_LIST")
+_LOG_ENTRY = message_type("LOG_ENTRY")
 
 _BUILDERS: Mapping[int, Builder] = {
     kind.ID: builder for kind, builder in {**TELEMETRY, **INSTRUMENTS, **STATUS, **PROGRESS}.items()
@@ -240,6 +242,12 @@ class Px4Link:
         timesync = received.message
         return [] if timesync.tc1 else [_TIMESYNC(helm.time_us * 1000, timesync.ts1)]
 
+    def _on_log_list(self, received: Received, _: Helm) -> list[Message]:
+        """There is no log on board, and PX4 without one says so by an empty entry."""
+        if not self._addresses_us(received.message):
+            return []
+        return [_LOG_ENTRY(time_utc=0, size=0, id=0, num_logs=0, last_log_num=0)]
+
     def _on_set_mode(self, received: Received, helm: Helm) -> list[Message]:
         message = received.message
         if message.target_system != self._codec.system:
@@ -346,6 +354,7 @@ _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message
     _SET_MODE: Px4Link._on_set_mode,
     _PING: Px4Link._on_ping,
     _TIMESYNC: Px4Link._on_timesync,
+    _LOG_REQUEST_LIST: Px4Link._on_log_list,
     **dict.fromkeys(_PARAMETER_MESSAGES, Px4Link._on_parameter),
     **dict.fromkeys(MISSION_MESSAGES, Px4Link._on_plan),
 }

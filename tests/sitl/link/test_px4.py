@@ -531,3 +531,11 @@ def test_a_companion_that_falls_silent_but_for_its_setpoints_changes_nothing(cli
     client.live(8.0, stream)
     assert client.flight.mode is Mode.OFFBOARD
     assert not client.flight.failsafe
+
+
+def test_it_has_no_logs_and_says_so(client, pick):
+    client.say("LOG_REQUEST_LIST", target_system=1, target_component=1, start=0, end=0xFFFF)
+    (entry,) = pick(client.live(0.1), "LOG_ENTRY")
+    assert entry.num_logs == 0
+    client.say("LOG_REQUEST_LIST", target_system=7, target_component=1, start=0, end=0xFFFF)
+    assert not pick(client.live(0.1), "LOG_ENTRY")
