@@ -10,14 +10,14 @@ import numpy as np
 
 from sitl.airframe import RECEIVERS, Airframe, Receiver, Senses
 from sitl.autopilot.cascade import new_mind, set_demand, set_gains
-from sitl.estimator.model import new_nav, report
+from sitl.estimator.model import new_nav, report, vibration
 from sitl.faults import Fault
 from sitl.geo import dipole_field
 from sitl.loop import BLOCK_FRAMES, BRAIN, NOISE, WORLD, live
 from sitl.params import Params
 from sitl.physics.battery import new_pack
 from sitl.physics.dynamics import new_body, new_plant
-from sitl.physics.sensors import BOOT_NORMALS, GPS_DELAY_FRAMES, new_sensed
+from sitl.physics.sensors import BOOT_NORMALS, GPS_DELAY_FRAMES, measure_range, new_sensed
 from sitl.rotation import from_euler
 from sitl.signals import (
     BaroSample,
@@ -214,7 +214,7 @@ class Vehicle:
 
     def _estimate(self) -> Estimate:
         ekf, told = self._ekf, np.empty(31)
-        report(ekf.nav, ekf.filter.P, ekf.wander_variance_m2, told)
+        report(ekf.nav, ekf.filter.P, ekf.wander_m2(self._frame), told)
         told.setflags(write=False)
         fresh, known = ekf.fixes_fresh(self._frame), self.knows_position
         return Estimate(
@@ -281,6 +281,17 @@ class Vehicle:
         return MagSample(self._frame // 4 * 4 * FRAME_US, vector(self._sensed["mag_frd_gauss"]))
 
     @property
+    def range_m(self) -> float:
+        """What a range finder under the belly reads; infinite where it looks past the ground."""
+        ground_down_m = float(self._world["plant"]["ground_down_m"][0])
+        return measure_range(ground_down_m - float(self._motion[2]), self._motion[6:10])
+
+    @property
+    def vibration(self) -> tuple[float, float, float]:
+        """How restless the IMU is: PX4's coning, gyro (rad/s) and accelerometer (m/s²) metrics."""
+        return vibration(self._nav)
+
+    @property
     def battery(self) -> BatteryState:
         """The pack as its monitor sees it."""
         pack = self._pack
@@ -311,6 +322,16 @@ class Vehicle:
     def rate_wanted(self) -> FloatArray:
         """The body rates that the cascade steers to, about FRD axes, rad/s."""
         return vector(self._mind["rate_wanted_frd_radps"])
+
+    @property
+    def velocity_wanted(self) -> FloatArray:
+        """The velocity that the position controller asks for, NED."""
+        return vector(self._mind["velocity_wanted_ned_mps"])
+
+    @property
+    def acceleration_wanted(self) -> FloatArray:
+        """The acceleration that the velocity controller asks for, NED."""
+        return vector(self._mind["acceleration_wanted_ned_mps2"])
 
     def _arrays(self) -> tuple[np.ndarray, ...]:
         return self._world, self._brain, self._noise, *self._ekf.arrays()

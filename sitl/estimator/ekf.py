@@ -36,6 +36,7 @@ ALIGN_FRAMES = 100
 _RESET_AFTER = 70  # fixes, 7 s: PX4's reset_timeout_max
 _DEAD_RECKONING_FRAMES = 500  # PX4's EKF2_NOAID_TOUT, 5 s
 _BARO_BIAS_TIME_S = 30.0
+_BARO_DRIFT_TIME_S = 300.0
 _FIX_S = 0.1
 _ALONE_FRAMES = 100  # so long without fixes, and the height is the barometer's, which drifts
 _TURN_TIME_S = 3.0
@@ -63,7 +64,8 @@ class Ekf:
 
     `nav` is shared with the kernels that carry the nominal state; `field_ned_gauss` is what its map says of
     the place. Position is tracked in the receiver's frame, which wanders: the wander's speed is process
-    noise, its size is added to the position's variance where that is reported.
+    noise, its size is added to the position's variance where that is reported. So is the barometer's drift
+    while its height is all that there is.
     """
 
     def __init__(
@@ -203,6 +205,21 @@ class Ekf:
     def fixes_fresh(self, frame: int) -> bool:
         """Whether position and velocity rest on fixes, or are dead-reckoned for no longer than PX4 does."""
         return self.running and frame - self._fix_frame.item() <= _DEAD_RECKONING_FRAMES
+
+    def wander_m2(self, frame: int) -> FloatArray:
+        """What NED position's variance has beyond P: the wander of its frame.
+
+        Without fixes height is the barometer's, less the mean of its drift over the last BARO_BIAS_TIME before:
+        a Gauss-Markov process now against an exponential mean of it then.
+        """
+        lost_frames = frame - self._fix_frame.item()
+        if lost_frames <= _ALONE_FRAMES:
+            return self.wander_variance_m2
+        share = _BARO_DRIFT_TIME_S / (_BARO_DRIFT_TIME_S + _BARO_BIAS_TIME_S)
+        kept = math.exp(-lost_frames * PREDICT_S / _BARO_DRIFT_TIME_S)
+        drift_m2 = self._senses.baro_drift_m**2 * (1.0 + share - 2.0 * kept * share)
+        north_m2, east_m2, down_m2 = self.wander_variance_m2.tolist()
+        return np.array([north_m2, east_m2, down_m2 + drift_m2])
 
     @property
     def eph_m2(self) -> float:

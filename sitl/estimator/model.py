@@ -38,6 +38,7 @@ __all__ = [
     "report",
     "tick",
     "transition",
+    "vibration",
 ]
 
 STATES = 15
@@ -127,6 +128,19 @@ def report(navs: np.ndarray, P: FloatArray, wander_variance_m2: FloatArray, told
         for j in range(3):
             for k in range(3):
                 told[28 + i] += r[i][j] * P[6 + j, 6 + k] * r[i][k]
+
+
+def vibration(nav: np.record) -> tuple[float, float, float]:
+    """Means over the RING's samples: length of Δθ × Δθ before (coning), of ω - ω before, of f - f before.
+
+    PX4's VehicleIMU takes them by a low-pass over about as many.
+    """
+    samples = np.roll(nav["imu"], -int(nav["frame"]), axis=0).reshape(-1, 6)
+    turns = IMU_S * samples[:, 3:]
+    coning = np.cross(turns[1:], turns[:-1])
+    jumps = np.diff(samples, axis=0)
+    lengths = [float(np.linalg.norm(part, axis=1).mean()) for part in (coning, jumps[:, 3:], jumps[:, :3])]
+    return lengths[0], lengths[1], lengths[2]
 
 
 @kernel

@@ -19,12 +19,16 @@ _VFR_HUD = message_type("VFR_HUD")
 _BATTERY_STATUS = message_type("BATTERY_STATUS")
 _SERVO_OUTPUT_RAW = message_type("SERVO_OUTPUT_RAW")
 _SYSTEM_TIME = message_type("SYSTEM_TIME")
+_VIBRATION = message_type("VIBRATION")
+_DISTANCE_SENSOR = message_type("DISTANCE_SENSOR")
 _CAMERA_IMAGE_CAPTURED = message_type("CAMERA_IMAGE_CAPTURED")
 
 _EPOCH_UNIX_US = 1_767_225_600_000_000
 """What the vehicle takes for the date at its start: 2026-01-01. A real clock would make flights differ."""
 _U16, _I16, _I32 = (0, 2**16 - 1), (-(2**15), 2**15 - 1), (-(2**31), 2**31 - 1)
 _UNKNOWN_U16 = 65535
+_RANGE_MAX_M = 100.0
+_DOWN = 25
 _PWM_OFF, _PWM_MIN, _PWM_SPAN = 900, 1000, 1000
 
 
@@ -116,6 +120,31 @@ def _system_time(report: Report) -> Message:
     return _SYSTEM_TIME(time_unix_usec=_EPOCH_UNIX_US + report.time_us, time_boot_ms=report.time_ms)
 
 
+def _vibration(report: Report) -> Message:
+    """Not what MAVLink means by it: PX4's own use of the three fields."""
+    coning, gyro, accel = report.instruments.vibration
+    return _VIBRATION(report.time_us, coning, gyro, accel, clipping_0=0, clipping_1=0, clipping_2=0)
+
+
+def _distance_sensor(report: Report) -> Message:
+    """The range finder of PX4's SIH: 100 m at most, no error, looking down."""
+    range_m = report.instruments.range_m
+    return _DISTANCE_SENSOR(
+        time_boot_ms=report.time_ms,
+        min_distance=0,
+        max_distance=whole(_RANGE_MAX_M * 1e2, _U16),
+        current_distance=whole(range_m * 1e2, _U16) if range_m <= _RANGE_MAX_M else _UNKNOWN_U16,
+        type=0,
+        id=0,
+        orientation=_DOWN,
+        covariance=0,
+        horizontal_fov=0.0,
+        vertical_fov=0.0,
+        quaternion=(0.0,) * 4,
+        signal_quality=0,
+    )
+
+
 def image_captured(shot: Shot) -> Message:
     """Where the camera was, and how it was held, when it took the picture."""
     point = shot.point
@@ -142,4 +171,6 @@ INSTRUMENTS: Mapping[MessageType, Builder] = {
     _BATTERY_STATUS: _battery_status,
     _SERVO_OUTPUT_RAW: _servo_output_raw,
     _SYSTEM_TIME: _system_time,
+    _VIBRATION: _vibration,
+    _DISTANCE_SENSOR: _distance_sensor,
 }

@@ -21,6 +21,7 @@ _AUTOPILOT_VERSION = message_type("AUTOPILOT_VERSION")
 _CURRENT_MODE = message_type("CURRENT_MODE")
 _PROTOCOL_VERSION = message_type("PROTOCOL_VERSION")
 _ORBIT_EXECUTION_STATUS = message_type("ORBIT_EXECUTION_STATUS")
+_POSITION_TARGET_LOCAL_NED = message_type("POSITION_TARGET_LOCAL_NED")
 _STATUSTEXT = message_type("STATUSTEXT")
 
 _MODE_CODES: Mapping[Mode, tuple[int, int]] = {
@@ -173,6 +174,24 @@ def _orbit_execution_status(report: Report) -> Message | None:
     )
 
 
+def _position_target(report: Report) -> Message | None:
+    """No echo: the speed and acceleration that PX4's cascade makes of the setpoint, its corrections included."""
+    flight, instruments = report.flight, report.instruments
+    setpoint = flight.setpoint
+    if not flight.armed or setpoint.attitude is not None:
+        return None
+    return _POSITION_TARGET_LOCAL_NED(
+        report.time_ms,
+        *setpoint.position_ned_m.tolist(),
+        *instruments.velocity_wanted.tolist(),
+        *instruments.acceleration_wanted.tolist(),
+        setpoint.yaw_ned_rad,
+        setpoint.yaw_rate_ned_radps,
+        type_mask=0,
+        coordinate_frame=1,
+    )
+
+
 def _autopilot_version(_: Report) -> Message:
     return _AUTOPILOT_VERSION(
         capabilities=_CAPABILITIES,
@@ -210,6 +229,7 @@ STATUS: Mapping[MessageType, Builder] = {
     _SYS_STATUS: _sys_status,
     _EXTENDED_SYS_STATE: _extended_sys_state,
     _AUTOPILOT_VERSION: _autopilot_version,
+    _POSITION_TARGET_LOCAL_NED: _position_target,
     _CURRENT_MODE: _current_mode,
     _PROTOCOL_VERSION: _protocol_version,
     _ORBIT_EXECUTION_STATUS: _orbit_execution_status,

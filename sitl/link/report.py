@@ -54,6 +54,22 @@ class Instruments(Protocol):
         """The body rates that the cascade steers to, about FRD axes."""
 
     @property
+    def velocity_wanted(self) -> FloatArray:
+        """The NED velocity that the cascade asks for, its correction of the position included."""
+
+    @property
+    def acceleration_wanted(self) -> FloatArray:
+        """The NED acceleration that the cascade asks for."""
+
+    @property
+    def range_m(self) -> float:
+        """What the range finder under the belly reads."""
+
+    @property
+    def vibration(self) -> tuple[float, float, float]:
+        """PX4's coning, gyro and accelerometer metrics."""
+
+    @property
     def motors(self) -> FloatArray:
         """What each motor is asked for, 0…1."""
 

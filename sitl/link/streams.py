@@ -17,6 +17,7 @@ OFFBOARD_RATES_HZ: Mapping[str, float] = {
     "ODOMETRY": 30.0,
     "TIMESYNC": 10.0,
     "ALTITUDE": 10.0,
+    "DISTANCE_SENSOR": 10.0,
     "ATTITUDE_TARGET": 10.0,
     "POSITION_TARGET_LOCAL_NED": 10.0,
     "SERVO_OUTPUT_RAW": 10.0,
@@ -33,6 +34,7 @@ OFFBOARD_RATES_HZ: Mapping[str, float] = {
     "BATTERY_STATUS": 0.5,
     "HOME_POSITION": 0.5,
     "CURRENT_MODE": 0.5,
+    "VIBRATION": 0.5,
     "ORBIT_EXECUTION_STATUS": 2.0,
 }
 """What PX4 v1.17 was seen to send on 14540, as far as this vehicle has it to send."""
@@ -48,6 +50,7 @@ GCS_RATES_HZ: Mapping[str, float] = {
     "ODOMETRY": 3.0,
     "ALTITUDE": 1.0,
     "BATTERY_STATUS": 0.5,
+    "DISTANCE_SENSOR": 0.5,
     "ESTIMATOR_STATUS": 0.5,
     "EXTENDED_SYS_STATE": 1.0,
     "GPS_GLOBAL_ORIGIN": 1.0,
@@ -58,6 +61,7 @@ GCS_RATES_HZ: Mapping[str, float] = {
     "SYSTEM_TIME": 1.0,
     "SYS_STATUS": 1.0,
     "CURRENT_MODE": 0.5,
+    "VIBRATION": 0.1,
     "ORBIT_EXECUTION_STATUS": 5.0,
 }
 """PX4's "normal" mode with what its SITL start script (px4-rc.mavlink) adds for a ground station."""

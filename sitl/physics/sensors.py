@@ -31,6 +31,7 @@ __all__ = [
     "measure_fix",
     "measure_imu",
     "measure_mag",
+    "measure_range",
     "new_sensed",
 ]
 
@@ -160,6 +161,13 @@ def measure_mag(sensed: np.record, q_ned_frd: FloatArray, normals: FloatArray) -
     field = unrotate(q_ned_frd, (f[0] + d[0], f[1] + d[1], f[2] + d[2]))
     for i in range(3):
         sensed.mag_frd_gauss[i] = field[i] + sensed.mag_noise_gauss * normals[i]
+
+
+def measure_range(height_m: float, q_ned_frd: FloatArray) -> float:
+    """What a range finder that looks along down reads over level ground, without error, as PX4's SIH has it."""
+    _, x, y, _ = q_ned_frd.tolist()
+    along = 1.0 - 2.0 * (x * x + y * y)
+    return max(0.0, height_m) / along if along > 0.0 else math.inf
 
 
 @kernel

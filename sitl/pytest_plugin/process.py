@@ -15,7 +15,7 @@ from sitl.pytest_plugin.ports import DIALECTS, Dialect, Ports, free_ports
 __all__ = ["SitlOptions", "SitlVehicle", "start_vehicle"]
 
 HOME = (23.96028, 32.8675, 188.5, 40.0)
-START_LIMIT_S = 240.0  # numba may have to compile first
+START_LIMIT_S = 600.0  # numba may have to compile first, in every worker at once, on a busy machine
 _STOP_LIMIT_S = 10.0
 
 

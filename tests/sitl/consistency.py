@@ -81,7 +81,7 @@ def error(one: Vehicle) -> tuple[np.ndarray, np.ndarray]:
     nav = one._ekf.nav[0]
     F = transition(q, nav["mean_force"], nav["mean_rate"], OUTPUT_S)
     P = F @ one._ekf.filter.P @ F.T
-    P[range(3), range(3)] += one._ekf.wander_variance_m2
+    P[range(3), range(3)] += one._ekf.wander_m2(one._frame)
     return e, P
 
 

@@ -5,6 +5,7 @@ from struct import pack, unpack
 
 import pytest
 
+from sitl.airframe import load_airframe
 from sitl.orders import Mode
 
 TELEMETRY_RATES_HZ = {
@@ -15,6 +16,7 @@ TELEMETRY_RATES_HZ = {
     "LOCAL_POSITION_NED": 30,
     "ODOMETRY": 30,
     "ALTITUDE": 10,
+    "DISTANCE_SENSOR": 10,
     "SERVO_OUTPUT_RAW": 10,
     "VFR_HUD": 10,
     "TIMESYNC": 10,
@@ -27,6 +29,7 @@ TELEMETRY_RATES_HZ = {
     "SYSTEM_TIME": 1,
     "BATTERY_STATUS": 0.5,
     "HOME_POSITION": 0.5,
+    "VIBRATION": 0.5,
 }
 
 
@@ -477,6 +480,44 @@ def test_position_target_masks_nothing_whatever_the_setpoint_masks(client, pick)
     assert told.x == pytest.approx(north_m + 50.0, abs=0.01)
 
 
+def test_position_target_is_no_echo_but_holds_the_cascades_corrections(client, pick):
+    """Ten metres behind its target and told to stand there: it wants to go north, by its own correction."""
+    client.airborne()
+    north_m, east_m, down_m = client.simulator.report.estimate.position_ned_m.tolist()
+
+    def stream():
+        client.setpoint((north_m + 10.0, east_m, down_m), (0.0, 0.0, 0.0))
+
+    client.live(0.5, stream)
+    client.command(176, 1, 6)
+    told = pick(client.live(0.3, stream), "POSITION_TARGET_LOCAL_NED")[-1]
+    assert told.vx == pytest.approx(0.95 * 10.0, abs=1.0)  # MPC_XY_P
+    assert told.afx > 1.0
+    assert told.afz == told.afz
+
+
+def test_the_range_finder_reads_the_height_along_the_belly(client, pick):
+    leg_m = load_airframe("x500").ground.leg_height_m
+    standing = pick(client.live(1.0), "DISTANCE_SENSOR")[-1]
+    assert standing.current_distance == pytest.approx(100.0 * leg_m, abs=1.0)
+    client.airborne()
+    told = pick(client.live(1.0), "DISTANCE_SENSOR")
+    assert len(told) == 10
+    height_m = leg_m - client.simulator.truth.position_ned_m[2]
+    assert told[-1].current_distance == pytest.approx(100.0 * height_m, abs=5.0)
+
+
+def test_vibration_tells_the_imus_noise(client, pick):
+    """The mean length of the difference of two samples' noise in three axes: √2 σ · √(8/π)."""
+    client.airborne()
+    told = pick(client.live(4.0), "VIBRATION")[-1]
+    accel_mps2, gyro_radps = 7e-3 * 200.0**0.5, 2e-4 * 200.0**0.5
+    spread = 2.0**0.5 * (8.0 / math.pi) ** 0.5
+    assert told.vibration_z == pytest.approx(spread * accel_mps2, rel=0.3)
+    assert told.vibration_y == pytest.approx(spread * gyro_radps, rel=0.5)
+    assert told.clipping_0 == 0
+
+
 def test_a_companion_that_falls_silent_but_for_its_setpoints_changes_nothing(client):
     client.airborne()
     client.heartbeat(kind=18)
@@ -490,3 +531,11 @@ def test_a_companion_that_falls_silent_but_for_its_setpoints_changes_nothing(cli
     client.live(8.0, stream)
     assert client.flight.mode is Mode.OFFBOARD
     assert not client.flight.failsafe
+
+
+def test_it_has_no_logs_and_says_so(client, pick):
+    client.say("LOG_REQUEST_LIST", target_system=1, target_component=1, start=0, end=0xFFFF)
+    (entry,) = pick(client.live(0.1), "LOG_ENTRY")
+    assert entry.num_logs == 0
+    client.say("LOG_REQUEST_LIST", target_system=7, target_component=1, start=0, end=0xFFFF)
+    assert not pick(client.live(0.1), "LOG_ENTRY")
