@@ -51,6 +51,8 @@ class Profile:
         long_loss_s: from how long on the failsafe's delay is worth a warning.
         loss_listens_to: parameter that says which system's heartbeat the failsafe waits for, if any.
         return_height: parameter that says at which height above home its own Return flies.
+        pitfalls: what follows, in words, where one of `failsafes` is not as it must be; those that are not here are judged
+            by what they are.
         failsafes: what each parameter that makes a lost link safe must be, from what it is and the height
             above home, in metres, over which a straight way home is free.
         damping: parameter that says what share of its measured acceleration it takes off again, if it does.
@@ -91,6 +93,7 @@ class Profile:
     loss_listens_to: str | None
     return_height: str
     failsafes: Mapping[str, Callable[[float, float], float]]
+    pitfalls: Mapping[str, str]
     damping: str | None
     feels_drag: bool
 

@@ -20,6 +20,8 @@ _AUTO = 4
 _RETURN = 3
 _NEEDS_NOBODY = frozenset({3, 4, 5})
 _EXCEPT_OFFBOARD = 4  # a bit of COM_RCL_EXCEPT: no pilot's sticks are missed in OFFBOARD
+_ACTS = frozenset({1, 2, 3})  # of COM_LOW_BAT_ACT: it returns, lands, or returns and in the end lands
+_RETURN_OR_LAND = 3
 _LOSS_S = 1.0
 
 
@@ -61,6 +63,7 @@ PX4 = Profile(
         MessageId.LOCAL_POSITION_NED: 50.0,
         MessageId.ATTITUDE: 10.0,
         MessageId.EXTENDED_SYS_STATE: 2.0,
+        MessageId.GPS_RAW_INT: 5.0,
         MessageId.SYS_STATUS: 1.0,
     },
     kept=frozenset(
@@ -113,6 +116,15 @@ PX4 = Profile(
         "COM_OBL_RC_ACT": lambda now, _: now if now in _NEEDS_NOBODY else _RETURN,
         "COM_RCL_EXCEPT": lambda now, _: int(now) | _EXCEPT_OFFBOARD,
         "RTL_RETURN_ALT": lambda now_m, safe_m: max(now_m, float(math.ceil(safe_m))),
+        "RTL_CONE_ANG": lambda _now, _safe: 0,
+        "RTL_TYPE": lambda _now, _safe: 0,
+        "COM_LOW_BAT_ACT": lambda now, _: now if now in _ACTS else _RETURN_OR_LAND,
+    },
+    pitfalls={
+        "COM_RCL_EXCEPT": "it leaves OFFBOARD when the pilot's sticks are lost, or where there are none",
+        "RTL_CONE_ANG": "near home its own Return stays below RTL_RETURN_ALT, maybe beside the building",
+        "RTL_TYPE": "its own Return may follow a mission that it still holds, instead of the straight way home",
+        "COM_LOW_BAT_ACT": "an empty battery it only warns of",
     },
     damping="MPC_XY_VEL_D_ACC",
     feels_drag=True,
