@@ -24,6 +24,7 @@ _LOST_MS, _SILENT_MS = 800, 2400
 
 _FROZEN_MS, _MOVING_MPS = 1800, 0.5
 _FIX_3D, _FIX_RTK = 3, 5
+_FROZEN = "its GPS repeats itself"
 
 
 class Doubts:
@@ -55,6 +56,11 @@ class Doubts:
     def fault(self) -> str | None:
         """Why the position will soon not be known, in words: as long as it is so."""
         return self._fault
+
+    @property
+    def misleads(self) -> bool:
+        """Whether the estimate is wrong from now on: it follows fixes, and speeds, of a moment long ago."""
+        return self._fault == _FROZEN
 
     def jumped(self) -> str | None:
         """Why the position is not what it was, in words: said once."""
@@ -107,4 +113,4 @@ class Doubts:
         if self._fixed_ms and now_ms - self._fixed_ms > _LOST_MS:
             self._fault = "its GPS has no fix"
         elif self._fixed_ms and now_ms - self._changed_ms > _FROZEN_MS:
-            self._fault = "its GPS repeats itself"
+            self._fault = _FROZEN

@@ -38,6 +38,9 @@ __all__ = ["Session"]
 _HEARTBEAT_US = 1_000_000
 _ORIGIN_AGAIN_US = 5_000_000
 _WARNING = 4  # MAV_SEVERITY
+_RECKONS_S = 5.0
+"""So long an estimate is worth something without fixes: PX4's EKF2_NOAID_TOUT."""
+
 _ON_THE_WAY = frozenset({State.ALIGN, State.STREAM, State.HOLD, State.BRAKE, State.RETURN})
 
 
@@ -292,15 +295,18 @@ class Session:
 
     def _watch_position(self) -> None:
         """Away from the wall and home as soon as the position is in doubt; from where it is now, never after what jumped."""
-        jumped = self._doubts.jumped()
-        why = jumped or (None if self.state is State.RETURN else self._doubts.fault)
-        if why is None or self.state not in _ON_THE_WAY:
+        jumped, fault = self._doubts.jumped(), self._doubts.fault
+        if self.state not in _ON_THE_WAY or not (jumped or fault):
             return
-        if self.state is State.RETURN:
-            self._s.tell("warning", f"{why}; going on home from there")
+        if self._doubts.misleads:
+            self._give_up(f"{fault}, which leads it astray; landing it there", State.LAND)
+        elif self.state is not State.RETURN:
+            self._note_failure(f"{jumped or fault}: away from the wall and home")
             self._begin_return()
-        else:
-            self._note_failure(f"{why}: away from the wall and home")
+        elif fault and self._s.elapsed_s > _RECKONS_S:
+            self._give_up(f"{fault} still, and it no longer knows where it is; landing it there", State.LAND)
+        elif jumped and not fault:
+            self._s.tell("warning", f"{jumped}; going on home from there")
             self._begin_return()
 
     def _watch_following(self) -> None:

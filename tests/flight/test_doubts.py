@@ -95,6 +95,7 @@ def test_fixes_that_stand_still_are_a_fault_only_while_it_moves():
         standing.heard(GpsFix(3, 19.0, -99.0))
         moving.heard(GpsFix(3, 19.0, -99.0))
     assert standing.fault is None and moving.fault == "its GPS repeats itself"
+    assert moving.misleads and not standing.misleads
 
 
 def test_without_a_fix_it_leaves_at_once_and_is_home_when_it_comes_down(px4):
@@ -105,7 +106,9 @@ def test_without_a_fix_it_leaves_at_once_and_is_home_when_it_comes_down(px4):
     fly_on(session, px4, until=lambda: session.state is State.RETURN)
     assert px4.track[-1][0] - begin_us < 1.6e6
     fly_on(session, px4)
-    assert session.outcome.reason == "landed, disarmed (its GPS has no fix: away from the wall and home)"
+    assert session.outcome.reason.startswith(
+        "landed, disarmed (its GPS has no fix: away from the wall and home"
+    )
     assert session.outcome.exit_code == 1 and not px4.armed
 
 
@@ -117,6 +120,28 @@ def test_a_receiver_that_falls_silent_is_as_good_as_none(px4):
     fly_on(session, px4)
     told = next(event for event in session.events if "its GPS is silent" in event.text)
     assert 2.4e6 < told.t_us - begin_us < 3.2e6 and session.outcome.exit_code == 1
+
+
+def test_fixes_that_stand_still_land_it_at_once(px4):
+    session = make_session()
+    fly(session, px4, until=until_path(session, 30))
+    px4.frozen_place, begin_us = px4.origin, px4.track[-1][0]
+    fly_on(session, px4, until=lambda: session.state is State.LAND)
+    assert 1.8e6 < px4.track[-1][0] - begin_us < 2.4e6
+    fly_on(session, px4)
+    assert "its GPS repeats itself, which leads it astray" in session.outcome.reason and not px4.armed
+
+
+def test_without_fixes_for_longer_than_it_can_reckon_it_comes_down(px4):
+    session = make_session()
+    fly(session, px4, until=until_path(session, 20))
+    px4.fix_type = 1
+    fly_on(session, px4, until=lambda: session.state is State.RETURN)
+    begin_us = px4.track[-1][0]
+    fly_on(session, px4, until=lambda: session.state is State.LAND)
+    assert 5.0e6 <= px4.track[-1][0] - begin_us < 5.3e6
+    fly_on(session, px4)
+    assert "no longer knows where it is" in session.outcome.reason
 
 
 def test_a_jump_is_not_flown_after(px4):
