@@ -114,6 +114,7 @@ def routed(s: Situation) -> bool:
     s.trajectory = s.route(home_enu_m)
     s.leg_begins_s = tuple(s.trajectory.span_s(leg.name)[0] for leg in s.trajectory.legs)
     s.reference = Reference.of(s.trajectory, s.to_vehicle)
+    s.reference.led(Pace(), 0.0, 0.0)  # compiled, or loaded, on the ground: in the air it would be late
     east_m, north_m, up_m = home_enu_m
     where = f"home is {east_m:.1f} m east, {north_m:.1f} m north, {up_m:.1f} m up of the plan's origin"
     s.tell("info", f"{where}; the flight takes {s.trajectory.duration_s:.0f} s")
@@ -252,6 +253,7 @@ def prepare_stream(s: Situation) -> None:
         s.clock.at(s.now_us),
         lead_s=s.profile.lead_s,
         tilt_lead_s=s.profile.tilt_lead_s,
+        turn_lead_s=s.profile.turn_lead_s,
         damping=_damping(s),
         feels_drag=s.profile.feels_drag,
     )

@@ -85,6 +85,7 @@ ARDUPILOT = Profile(
     quiet=frozenset(),
     lead_s=0.02,
     tilt_lead_s=0.02,
+    turn_lead_s=0.02,
     pre_stream_s=0.1,
     takeoff_params=_takeoff_params,
     takeoff_from_home=True,

@@ -36,6 +36,7 @@ class Profile:
         quiet: streams that begin only in flight, switched off beforehand.
         lead_s: how long it takes to act on a setpoint; by so much they are sent ahead.
         tilt_lead_s: the same for a setpoint's acceleration, which it must tilt for.
+        turn_lead_s: the same for its yaw rate, which its motors must build up.
         pre_stream_s: for how long it wants to see setpoints before it will follow them.
         takeoff_params: of NAV_TAKEOFF, from the height to reach AMSL and above the vehicle's own home.
         takeoff_from_home: it counts the height of a take-off from its home, so that home must be known.
@@ -77,6 +78,7 @@ class Profile:
     quiet: frozenset[int]
     lead_s: float
     tilt_lead_s: float
+    turn_lead_s: float
     pre_stream_s: float
     takeoff_params: Callable[[float, float], tuple[float, ...]]
     takeoff_from_home: bool
