@@ -109,6 +109,9 @@ def simulate(
         Literal["stream", "mission"],
         typer.Option("--via", help="Stream setpoints, or upload the exported mission and fly it in AUTO."),
     ] = "stream",
+    set_failsafes: Annotated[
+        bool, typer.Option("--set-failsafes", help="Fly with the vehicle's failsafes set, as fly does.")
+    ] = False,
     autopilot: OfAutopilot = None,
     out: Out = None,
     as_json: Json = False,
@@ -130,6 +133,7 @@ def simulate(
             faults=tuple(fault or ()),
             autopilot=_autopilot(autopilot),
             via=via,
+            set_failsafes=set_failsafes,
         )
     summary = flight.summary()
     summary["files"] = write_flight(flight, folder, summary)

@@ -79,13 +79,15 @@ def simulate(
     faults: tuple[str, ...] = (),
     via: Via = "stream",
     autopilot: Autopilot | None = None,
+    set_failsafes: bool = False,
 ) -> Flight:
     """The mission (or its plan) flown from take-off to landing by the bundled vehicle; same seed, same bits.
 
     Streamed setpoint by setpoint, or `via` the exported mission, which the vehicle is given and flies in AUTO.
     Where one battery does not last, or one mission not do, every sortie is flown, each by a vehicle that was just switched on; faults strike the first.
     `autopilot` is whose behaviour it shows, else the mission's. The vehicle stands at the mission's home; its EKF's
-    origin is neither that place nor the plan's origin.
+    origin is neither that place nor the plan's origin. `set_failsafes` sets the vehicle's parameters for a lost link and a
+    safe Return before a streamed flight, as `fly` does.
 
     Raises:
         InputError: a fault or an airframe that nobody knows.
@@ -98,7 +100,7 @@ def simulate(
     for number, order in enumerate(_orders(inspection, via)):
         config = _config(inspection, seed + number * SEEDS_APART, wind_mps, gusts, () if number else faults)
         begins_s = sum(flight.sim_s for flight in flights)
-        flights.append(_flown(inspection, order, config, seed, round(1e6 * begins_s)))
+        flights.append(_flown(inspection, order, config, seed, round(1e6 * begins_s), set_failsafes))
         if not flights[-1].outcome.ok:
             break
     return flights[0] if len(flights) == 1 else one_after_the_other(flights)
@@ -127,12 +129,18 @@ def _orders(inspection: Inspection, via: Via) -> tuple[_Order, ...]:
 
 
 def _flown(
-    inspection: Inspection, order: _Order, config: SimulatorConfig, seed: int, begins_us: int
+    inspection: Inspection,
+    order: _Order,
+    config: SimulatorConfig,
+    seed: int,
+    begins_us: int,
+    set_failsafes: bool,
 ) -> Flight:
     """One sortie, by a vehicle that was just switched on; its packets are dated from `begins_us` on."""
     simulator = Simulator(config)
     tape = io.BytesIO()
-    session = _session(inspection, order, TlogWriter(tape.write, TLOG_EPOCH_US + begins_us).write)
+    tap = TlogWriter(tape.write, TLOG_EPOCH_US + begins_us).write
+    session = _session(inspection, order, tap, set_failsafes)
     witness = _Witness(simulator)
     patience = PATIENCE["mission" if order.auto else "stream"]
     limit_us = round(1e6 * (patience * inspection.trajectory.duration_s + 300.0))
@@ -188,7 +196,7 @@ def _with_its_end(flight: Flight, simulator: Simulator, ended_us: int, mode: str
 
 
 def _session(
-    inspection: Inspection, order: _Order, tap: Callable[[int, bytes], None]
+    inspection: Inspection, order: _Order, tap: Callable[[int, bytes], None], set_failsafes: bool
 ) -> Session | AutoFlight:
     """Who flies the vehicle: we by a stream, or it by itself with the exported mission."""
     profile = PROFILES[inspection.mission.vehicle.autopilot]
@@ -197,7 +205,7 @@ def _session(
     return Session(
         lambda home_enu_m: inspection.route_from(home_enu_m, order.sortie),
         inspection.site.heights.frame,
-        SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m),
+        SessionConfig(safe_height_enu_m=inspection.safe_height_enu_m, set_failsafes=set_failsafes),
         way_home=inspection.way_home,
         profiles=(profile,),
         shots=inspection.shot_orders(order.sortie),

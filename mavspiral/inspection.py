@@ -21,6 +21,7 @@ from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import Leg, Trajectory
 from mavspiral.passes import Pass, retimed
+from mavspiral.retreat import retreat
 from mavspiral.route import route_of, ways_of
 from mavspiral.shape.heightmap import Site
 from mavspiral.sorties import Sortie, digest_of, plan_sorties, shots_on, stretch
@@ -30,9 +31,12 @@ from mavspiral.survey.certificate import (
 from mavspiral.survey.clearance import Clearance
 from mavspiral.survey.coverage import Coverage, measure_coverage
 from mavspiral.survey.shots import Shots, flown_shots
-from mavspiral.transit import MARGIN_M, Look
+from mavspiral.transit import MARGIN_M, Look, transit_legs
 
 __all__ = ["Inspection"]
+
+SPARE_M = (6.0, 4.0, 2.0, 0.0)
+"""How much more clearance a way home is tried with, one after the other."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,16 +176,35 @@ class Inspection:
         )
 
     def way_home(self, start_enu_m: FloatArray, end_enu_m: FloatArray, yaw_enu_rad: float) -> Trajectory:
-        """The way from anywhere to anywhere that keeps the clearance, or what of it there is at the start.
+        """The way from anywhere to anywhere: away from the walls first, then farther from everything than the plan must be.
+
+        `SPARE_M` farther where that can be, because who is called home may not know where it is; no nearer than the required
+        clearance, or than what of it there is at the start.
 
         Raises:
             LimitError: there is no such way below the ceiling, or it is there already.
         """
         ways = ways_of(self.mission, self.site, self.clearance_required_m)
-        spare_m = float(ways.solids.distance_m(start_enu_m[None, :])[0]) - MARGIN_M - 0.1
-        ways = replace(ways, clearance_m=min(self.clearance_required_m, spare_m))
-        look = Look(yaw_enu_rad)
-        legs = ways.legs(start_enu_m, end_enu_m, "home", (look, look))
+        look, away_enu_m = Look(yaw_enu_rad), retreat(ways.solids, start_enu_m)
+        leaving = transit_legs(
+            np.array([start_enu_m, away_enu_m]),
+            "leave",
+            look,
+            look,
+            ways.limits,
+            solids=ways.solids,
+            radius_m=ways.radius_m,
+        )
+        spare_m = float(ways.solids.distance_m(away_enu_m[None, :])[0]) - MARGIN_M - 0.1
+        wanted_m = [min(self.clearance_required_m + more_m, spare_m) for more_m in SPARE_M]
+        for clearance_m in wanted_m:
+            try:
+                way = replace(ways, clearance_m=clearance_m).legs(away_enu_m, end_enu_m, "home", (look, look))
+                break
+            except LimitError:
+                if clearance_m == wanted_m[-1]:
+                    raise
+        legs = (*leaving, *way)
         if not legs:
             raise LimitError("it is above home already")
         return Trajectory(legs)

@@ -24,7 +24,7 @@ spirals roof_ways
 facades
 candidate missed
 passes sorties
-order transit obstacle
+order transit obstacle retreat
 brief
 export flight
 survey

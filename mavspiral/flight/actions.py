@@ -46,6 +46,7 @@ _PAIR_AFTER_S = 3.0
 _JOIN_MPS = 1.0
 _JOIN_RADPS = 0.5
 _HOVER_MPS = 0.5
+_STOP_MPS2 = 3.0
 
 
 def never(_: Situation) -> bool:
@@ -113,6 +114,7 @@ def routed(s: Situation) -> bool:
     s.trajectory = s.route(home_enu_m)
     s.leg_begins_s = tuple(s.trajectory.span_s(leg.name)[0] for leg in s.trajectory.legs)
     s.reference = Reference.of(s.trajectory, s.to_vehicle)
+    s.reference.led(Pace(), 0.0, 0.0)  # compiled, or loaded, on the ground: in the air it would be late
     east_m, north_m, up_m = home_enu_m
     where = f"home is {east_m:.1f} m east, {north_m:.1f} m north, {up_m:.1f} m up of the plan's origin"
     s.tell("info", f"{where}; the flight takes {s.trajectory.duration_s:.0f} s")
@@ -251,6 +253,7 @@ def prepare_stream(s: Situation) -> None:
         s.clock.at(s.now_us),
         lead_s=s.profile.lead_s,
         tilt_lead_s=s.profile.tilt_lead_s,
+        turn_lead_s=s.profile.turn_lead_s,
         damping=_damping(s),
         feels_drag=s.profile.feels_drag,
     )
@@ -267,12 +270,15 @@ def stands(s: Situation) -> bool:
 
 
 def prepare_return(s: Situation) -> None:
-    """Begin the way back from where it stands to above home; refuses with a MavspiralError where there is none."""
+    """Begin the way back to above home from where it can stop; refuses with a MavspiralError where there is none."""
     assert s.to_vehicle is not None and s.origin is not None and s.trajectory is not None
     if s.way_home is None:
         raise LimitError("no way home is known")
     s.to_vehicle = s.frame.to_vehicle(GeoPoint(*s.origin))
-    here_enu_m = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
+    velocity_ned_mps = s.vehicle.velocity_ned_mps
+    stops_s = math.hypot(*velocity_ned_mps) / (2.0 * _STOP_MPS2)
+    stop_ned_m = [p + stops_s * v for p, v in zip(s.vehicle.position_ned_m, velocity_ned_mps, strict=True)]
+    here_enu_m = s.to_vehicle.position_enu_m(stop_ned_m)
     end = s.trajectory(s.trajectory.duration_s)
     way = s.way_home(here_enu_m, end.position_enu_m, float(yaw_ned_to_enu(s.vehicle.yaw_ned_rad)))
     s.follower = Follower(

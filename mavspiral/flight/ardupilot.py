@@ -67,6 +67,7 @@ ARDUPILOT = Profile(
         MessageId.LOCAL_POSITION_NED: 50.0,
         MessageId.ATTITUDE: 10.0,
         MessageId.EXTENDED_SYS_STATE: 2.0,
+        MessageId.GPS_RAW_INT: 5.0,
         MessageId.SYS_STATUS: 1.0,
     },
     kept=frozenset(
@@ -84,6 +85,7 @@ ARDUPILOT = Profile(
     quiet=frozenset(),
     lead_s=0.02,
     tilt_lead_s=0.02,
+    turn_lead_s=0.02,
     pre_stream_s=0.1,
     takeoff_params=_takeoff_params,
     takeoff_from_home=True,
@@ -121,6 +123,11 @@ ARDUPILOT = Profile(
         "RTL_ALT": lambda now_cm, safe_m: max(now_cm, math.ceil(safe_m) / _CENTI),
         # Near home its Return would stay below RTL_ALT, inside this cone; 0 is none.
         "RTL_CONE_SLOPE": lambda _now, _safe: 0.0,
+        "RTL_ALT_TYPE": lambda _now, _safe: 0.0,
+    },
+    pitfalls={
+        "RTL_CONE_SLOPE": "near home its own RTL stays below RTL_ALT, maybe beside the building",
+        "RTL_ALT_TYPE": "its own RTL counts its height above a terrain that it may not know",
     },
     damping=None,
     feels_drag=False,

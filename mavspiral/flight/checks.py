@@ -30,7 +30,15 @@ def check_before_arming(
     return [
         *_state(vehicle, battery_min_pct),
         *_speeds(vehicle, profile, extremes),
-        *(() if sets_failsafes else (*_loss(vehicle, profile), *_return(vehicle, profile, safe_return_m))),
+        *(
+            ()
+            if sets_failsafes
+            else (
+                *_loss(vehicle, profile),
+                *_return(vehicle, profile, safe_return_m),
+                *_pitfalls(vehicle, profile),
+            )
+        ),
     ]
 
 
@@ -112,6 +120,16 @@ def _return(vehicle: Vehicle, profile: Profile, safe_return_m: float) -> list[Fi
         f"its own Return flies home at {height_m:.0f} m ({profile.return_height}), maybe through the building"
     )
     return [("warning", f"{words}; set it to {math.ceil(safe_return_m)} or more")]
+
+
+def _pitfalls(vehicle: Vehicle, profile: Profile) -> list[Finding]:
+    findings: list[Finding] = []
+    for name, words in profile.pitfalls.items():
+        value = vehicle.parameters.get(name)
+        now = None if value is None else value.number(bytewise=profile.integers_bytewise)
+        if now is not None and (wanted := profile.failsafes[name](now, 0.0)) != now:
+            findings.append(("warning", f"{name} = {now:g}: {words}; safer: {wanted:g}"))
+    return findings
 
 
 def parameter(vehicle: Vehicle, profile: Profile, name: str) -> float | None:

@@ -20,6 +20,7 @@ class Follower:
         limits: of the governor.
         lead_s: how far ahead of path time the setpoint is taken, for what the vehicle takes to act on it.
         tilt_lead_s: the same for its acceleration, which the vehicle must tilt for.
+        turn_lead_s: the same for its yaw rate; None for `lead_s`.
         damping: what share of its measured acceleration the vehicle takes off again (`feedforward`).
         feels_drag: the setpoint's acceleration makes up for the air's drag, learned on the way.
         vehicle_us: the vehicle's time now.
@@ -37,6 +38,7 @@ class Follower:
         *,
         lead_s: float = 0.0,
         tilt_lead_s: float = 0.0,
+        turn_lead_s: float | None = None,
         damping: float = 0.0,
         feels_drag: bool = True,
         pace: Pace | None = None,
@@ -45,7 +47,7 @@ class Follower:
         self.pace = pace or Pace()
         self.error_m = 0.0
         self._limits = limits
-        self._lead_s, self._tilt_lead_s = lead_s, tilt_lead_s
+        self._leads_s = lead_s, tilt_lead_s, turn_lead_s
         self._damping = damping
         self._vehicle_us = vehicle_us
         self._speed_mps = 0.0
@@ -84,5 +86,5 @@ class Follower:
             self._vehicle_us = vehicle_us
         wanted = 0.0 if hold else wanted_rate(self.error_m, self._limits)
         self.pace = advance(self.pace, dt_s, wanted, self._speed_mps, self._limits)
-        self.due, target = self.reference.led(self.pace, self._lead_s, self._tilt_lead_s)
+        self.due, target = self.reference.led(self.pace, *self._leads_s)
         return compensated(target, self._damping, self.drag_per_s)

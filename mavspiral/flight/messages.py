@@ -19,6 +19,7 @@ __all__ = [
     "CommandAck",
     "ExtendedSysState",
     "GlobalPosition",
+    "GpsFix",
     "Heartbeat",
     "Home",
     "ImageCaptured",
@@ -46,6 +47,7 @@ class MessageId(IntEnum):
     HEARTBEAT = 0
     SYS_STATUS = 1
     PARAM_VALUE = 22
+    GPS_RAW_INT = 24
     ATTITUDE = 30
     LOCAL_POSITION_NED = 32
     GLOBAL_POSITION_INT = 33
@@ -181,6 +183,14 @@ class GlobalPosition(NamedTuple):
     alt_amsl_m: float
 
 
+class GpsFix(NamedTuple):
+    """GPS_RAW_INT: what the receiver says; `fix_type` 3 and more are fixes in space."""
+
+    fix_type: int
+    lat_deg: float
+    lon_deg: float
+
+
 class Origin(NamedTuple):
     """GPS_GLOBAL_ORIGIN: where the vehicle's local frame begins."""
 
@@ -258,6 +268,7 @@ Message = (
     | LocalPosition
     | Attitude
     | GlobalPosition
+    | GpsFix
     | Origin
     | Home
     | SysStatus

@@ -53,6 +53,8 @@ class SessionConfig:
         battery_reserve_pct: the inspection ends when less would be left after the way home.
         join_max_m: farther than this from the first point after take-off, it lands instead of joining.
         follow_within_s: how long the vehicle may stay too far off its path before it is landed where it is.
+        told_within_s: how long it may not tell where it is before it is landed there.
+        stand_at_most_s: for so long path time may stand in all before the inspection is given up.
         safe_height_enu_m: the height in the plan's ENU above which nothing stands in a straight way home.
         lost_after_s: a silence after which the link is lost and the setpoints end.
         set_failsafes: set the parameters that make a lost link safe before the flight, and put them back after it.
@@ -66,6 +68,8 @@ class SessionConfig:
     battery_reserve_pct: float = 7.0
     join_max_m: float = 5.0
     follow_within_s: float = 20.0
+    told_within_s: float = 5.0
+    stand_at_most_s: float = 120.0
     safe_height_enu_m: float = -math.inf
     lost_after_s: float = 5.0
     set_failsafes: bool = False

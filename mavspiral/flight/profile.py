@@ -36,6 +36,7 @@ class Profile:
         quiet: streams that begin only in flight, switched off beforehand.
         lead_s: how long it takes to act on a setpoint; by so much they are sent ahead.
         tilt_lead_s: the same for a setpoint's acceleration, which it must tilt for.
+        turn_lead_s: the same for its yaw rate, which its motors must build up.
         pre_stream_s: for how long it wants to see setpoints before it will follow them.
         takeoff_params: of NAV_TAKEOFF, from the height to reach AMSL and above the vehicle's own home.
         takeoff_from_home: it counts the height of a take-off from its home, so that home must be known.
@@ -51,6 +52,8 @@ class Profile:
         long_loss_s: from how long on the failsafe's delay is worth a warning.
         loss_listens_to: parameter that says which system's heartbeat the failsafe waits for, if any.
         return_height: parameter that says at which height above home its own Return flies.
+        pitfalls: what follows, in words, where one of `failsafes` is not as it must be; those that are not here are judged
+            by what they are.
         failsafes: what each parameter that makes a lost link safe must be, from what it is and the height
             above home, in metres, over which a straight way home is free.
         damping: parameter that says what share of its measured acceleration it takes off again, if it does.
@@ -75,6 +78,7 @@ class Profile:
     quiet: frozenset[int]
     lead_s: float
     tilt_lead_s: float
+    turn_lead_s: float
     pre_stream_s: float
     takeoff_params: Callable[[float, float], tuple[float, ...]]
     takeoff_from_home: bool
@@ -91,6 +95,7 @@ class Profile:
     loss_listens_to: str | None
     return_height: str
     failsafes: Mapping[str, Callable[[float, float], float]]
+    pitfalls: Mapping[str, str]
     damping: str | None
     feels_drag: bool
 

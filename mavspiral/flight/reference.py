@@ -118,12 +118,15 @@ class Reference:
         )
         return Target((n, e, d), (vn, ve, vd), (an, ae, ad), yaw, yaw_rate)
 
-    def led(self, pace: Pace, lead_s: float, tilt_lead_s: float) -> tuple[Target, Target]:
+    def led(
+        self, pace: Pace, lead_s: float, tilt_lead_s: float, turn_lead_s: float | None = None
+    ) -> tuple[Target, Target]:
         """The setpoint at `pace`, and the one `lead_s` of the vehicle's time later.
 
-        The latter has the acceleration of `tilt_lead_s` later.
+        The latter has the acceleration of `tilt_lead_s` later, and the yaw rate of `turn_lead_s` later.
         """
-        v = _led(self._coefficients, self.knot_s, *pace, lead_s, tilt_lead_s)
+        turn_s = lead_s if turn_lead_s is None else turn_lead_s
+        v = _led(self._coefficients, self.knot_s, *pace, lead_s, tilt_lead_s, turn_s)
         return (
             Target(v[0:3], v[3:6], v[6:9], v[9], v[10]),
             Target(v[11:14], v[14:17], v[17:20], v[20], v[21]),
@@ -170,9 +173,11 @@ def _led(
     rate_change_per_s: float,
     lead_s: float,
     tilt_lead_s: float,
+    turn_lead_s: float,
 ) -> tuple[Any, ...]:
     now = _at(c, knot_s, t_s, rate, rate_change_per_s)
     later = _at(c, knot_s, t_s + rate * lead_s, rate, rate_change_per_s)
     tilting = _at(c, knot_s, t_s + rate * tilt_lead_s, rate, rate_change_per_s)
-    both: tuple[Any, ...] = now + later[:6] + tilting[6:9] + later[9:]
+    turning = _at(c, knot_s, t_s + rate * turn_lead_s, rate, rate_change_per_s)
+    both: tuple[Any, ...] = now + later[:6] + tilting[6:9] + later[9:10] + turning[10:]
     return both

@@ -2,8 +2,8 @@
 
 No socket, no clock: whoever drives it brings both, so that the same bytes fly a simulated vehicle in lockstep
 and a real one over a radio. The course of the flight is a table (`course`); this is what turns it. Beside it,
-three things are watched at every step: a mode that we did not ask for (hands off), silence (the link is lost)
-and a local origin that moves (fly home). ACKs are only reported; the HEARTBEAT decides.
+it is watched at every step for a mode that we did not ask for (hands off), silence (the link is lost), a local origin
+that moves, a position that is not to be trusted, an empty battery (fly home). ACKs are only reported; the HEARTBEAT decides.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from mavspiral.arrays import FloatArray
 from mavspiral.errors import LimitError, LinkError, MavspiralError
 from mavspiral.flight.alignment import Alignment
 from mavspiral.flight.course import COURSE, Late, Row
+from mavspiral.flight.doubts import Doubts
 from mavspiral.flight.energy import Battery
 from mavspiral.flight.failsafes import left_as_set
 from mavspiral.flight.flight_log import Event, FlightLog
@@ -37,6 +38,10 @@ __all__ = ["Session"]
 _HEARTBEAT_US = 1_000_000
 _ORIGIN_AGAIN_US = 5_000_000
 _WARNING = 4  # MAV_SEVERITY
+_RECKONS_S = 5.0
+"""So long an estimate is worth something without fixes: PX4's EKF2_NOAID_TOUT."""
+
+_ON_THE_WAY = frozenset({State.ALIGN, State.STREAM, State.HOLD, State.BRAKE, State.RETURN})
 
 
 class Session:
@@ -83,6 +88,7 @@ class Session:
         self._origin_requests = Schedule(_ORIGIN_AGAIN_US)
         self._battery_looks = Schedule(_HEARTBEAT_US)
         self._battery = Battery()
+        self._doubts = Doubts(config.governor.reserve_m)
         self._begun = False
         self._out: list[bytes] = []
         self._told_n = 0
@@ -94,7 +100,7 @@ class Session:
         self._modes: frozenset[int] = frozenset()
         self._entry_mode: int | None = None
         self._mode_reached = False
-        self._following_us = 0
+        self._following_us = self._stood_us = self._watched_us = 0
         self._said: StatusText | None = None
 
     def step(self, now_us: int, received: bytes) -> Step:
@@ -232,6 +238,7 @@ class Session:
                 s.telemetry = TelemetryRequest(s.profile)
             self._heard_us = s.now_us
             s.vehicle.note(message)
+            self._doubts.heard(message)
             if self._shutter is not None:
                 self._shutter.heard(message)
             if isinstance(message, StatusText) and message != self._said:
@@ -263,6 +270,7 @@ class Session:
             self._hands_off(beat)
             return
         self._watch_origin()
+        self._watch_position()
         self._watch_following()
         self._watch_battery()
 
@@ -285,19 +293,40 @@ class Session:
         else:
             s.tell("warning", words)
 
+    def _watch_position(self) -> None:
+        """Away from the wall and home as soon as the position is in doubt; from where it is now, never after what jumped."""
+        jumped, fault = self._doubts.jumped(), self._doubts.fault
+        if self.state not in _ON_THE_WAY or not (jumped or fault):
+            return
+        if self._doubts.misleads:
+            self._give_up(f"{fault}, which leads it astray; landing it there", State.LAND)
+        elif self.state is not State.RETURN:
+            self._note_failure(f"{jumped or fault}: away from the wall and home")
+            self._begin_return()
+        elif fault and self._s.elapsed_s > _RECKONS_S:
+            self._give_up(f"{fault} still, and it no longer knows where it is; landing it there", State.LAND)
+        elif jumped and not fault:
+            self._s.tell("warning", f"{jumped}; going on home from there")
+            self._begin_return()
+
     def _watch_following(self) -> None:
         s = self._s
+        before_us, self._watched_us = self._watched_us, s.now_us
         if not self._row.moves or s.follower is None or s.follower.pace.rate > 0.0:
             self._following_us = s.now_us
-        elif (s.now_us - self._following_us) * 1e-6 > s.config.follow_within_s:
-            unheard_s = (s.now_us - s.local_us) * 1e-6
-            why = (
-                f"is {s.follower.error_m:.1f} m off its path"
-                if unheard_s < 1.0
-                else "does not tell where it is"
+            return
+        self._stood_us += s.now_us - max(before_us, self._following_us)
+        stands_s, unheard_s = (s.now_us - self._following_us) * 1e-6, (s.now_us - s.local_us) * 1e-6
+        if unheard_s > s.config.told_within_s:
+            self._give_up(
+                f"the vehicle does not tell where it is for {unheard_s:.0f} s; landing it there", State.LAND
             )
-            waited_s = s.config.follow_within_s
-            self._give_up(f"the vehicle {why} for {waited_s:.0f} s; landing it there", State.LAND)
+        elif stands_s > s.config.follow_within_s:
+            why = f"the vehicle is {s.follower.error_m:.1f} m off its path for {stands_s:.0f} s"
+            self._give_up(f"{why}; landing it there", State.LAND)
+        elif self.state is State.STREAM and self._stood_us * 1e-6 > s.config.stand_at_most_s:
+            waited_s = self._stood_us * 1e-6
+            self._give_up(f"it had to be waited for {waited_s:.0f} s in all; flying home", State.BRAKE)
 
     def _watch_battery(self) -> None:
         """Once a second, and only as long as there is inspection left to give up."""
@@ -386,10 +415,19 @@ class Session:
             self._row.enter(s)
         s.tell("info", state.value)
 
+    def _begin_return(self) -> None:
+        try:
+            self._enter(State.RETURN)
+        except MavspiralError as refusal:
+            self._give_up(f"{refusal}; landing", State.LAND)
+
     def _give_up(self, reason: str, state: State) -> None:
+        self._note_failure(reason)
+        self._enter(state)
+
+    def _note_failure(self, reason: str) -> None:
         self._s.tell("error", reason)
         self._failure = f"{self._failure}; {reason}" if self._failure else reason
-        self._enter(state)
 
     def _conclude(self, reason: str, exit_code: int = 1) -> None:
         self._s.tell("error" if exit_code else "info", reason)

@@ -50,6 +50,8 @@ class FakePx4:
             False
         )
         self.denies_arming_n = 0
+        self.fix_type, self.frozen_place = 6, None
+        self.estimate_off_ne_m = [0.0, 0.0]  # what the estimate is off, without its speed showing it
         self.offboard_grace_us = 0
         # what tests look at
         self.setpoints = []  # (vehicle's time in us, message)
@@ -227,7 +229,8 @@ class FakePx4:
         self._send(mavlink.MAVLink_heartbeat_message(quad, px4, base, self.mode, self.status, 3))
 
     def _send_local_position_ned(self):
-        values = (*self.position, *self.velocity)
+        (north, east, down), (off_north, off_east) = self.position, self.estimate_off_ne_m
+        values = (north + off_north, east + off_east, down, *self.velocity)
         self._send(mavlink.MAVLink_local_position_ned_message(self._boot_ms(), *values))
 
     def _send_attitude(self):
@@ -238,6 +241,13 @@ class FakePx4:
         lat, lon, alt = pymap3d.ned2geodetic(north, east, down, *self.origin)
         where = (round(lat * 1e7), round(lon * 1e7), round(alt * 1e3))
         self._send(mavlink.MAVLink_global_position_int_message(self._boot_ms(), *where, 0, 0, 0, 0, 65535))
+
+    def _send_gps_raw_int(self):
+        lat, lon, alt = self.frozen_place or pymap3d.ned2geodetic(*self.position, *self.origin)
+        where = (round(lat * 1e7), round(lon * 1e7), round(alt * 1e3))
+        self._send(
+            mavlink.MAVLink_gps_raw_int_message(int(self._boot_us), self.fix_type, *where, 70, 110, 0, 0, 15)
+        )
 
     def _send_gps_global_origin(self):
         if not self.hides_origin:

@@ -240,7 +240,13 @@ def test_what_loss_would_do_is_said_and_so_is_a_return_below_the_building():
 
 
 def test_with_safe_parameters_nothing_is_warned_of():
-    flight = checked((b"FS_GCS_ENABLE", 1), (b"SYSID_MYGCS", 245), (b"GUID_TIMEOUT", 0.5), (b"RTL_ALT", 6000))
+    flight = checked(
+        (b"FS_GCS_ENABLE", 1),
+        (b"SYSID_MYGCS", 245),
+        (b"GUID_TIMEOUT", 0.5),
+        (b"RTL_ALT", 6000),
+        (b"RTL_CONE_SLOPE", 0),
+    )
     assert flight.session.outcome.ok
     assert [event.text for event in flight.events if event.severity == "warning"] == []
 

@@ -1,6 +1,7 @@
 """The loop over real sockets, on free ports; time is simulated wherever waiting would prove nothing."""
 
 import contextlib
+import gc
 import os
 import pty
 import signal
@@ -14,7 +15,7 @@ from fake_flight import make_session, split
 
 from mavspiral.errors import InputError, LinkError
 from mavspiral.flight import realtime
-from mavspiral.flight.outcome import SessionConfig, State
+from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.realtime import drive, open_transport
 
 
@@ -96,6 +97,34 @@ def test_whoever_watches_cannot_end_a_flight(px4, error, raised):
         drive(session, wire, watch, now_us=lambda: wire.now_us)
     assert session.outcome.ok and not px4.armed
     assert len(shown) == 1, "it is not asked again"
+
+
+def test_while_it_flies_nothing_is_collected_and_other_threads_give_way_soon():
+    seen = []
+
+    class Over:
+        outcome = None
+
+        def step(self, now_us, received):
+            seen.append((gc.isenabled(), sys.getswitchinterval()))
+            self.outcome = Outcome(True, State.LAND, "over", 0)
+            return Step(b"", now_us, ())
+
+        def stop(self):
+            raise AssertionError
+
+    class Nowhere:
+        def send(self, data):
+            assert not data
+
+        def receive(self, timeout_s):
+            return b""
+
+    before = gc.isenabled(), sys.getswitchinterval()
+    drive(Over(), Nowhere())
+    [(collects, switches_s)] = seen
+    assert not collects and switches_s < 0.001
+    assert (gc.isenabled(), sys.getswitchinterval()) == before
 
 
 def test_a_strangers_datagrams_open_no_conversation(px4):

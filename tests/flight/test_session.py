@@ -123,10 +123,13 @@ def test_setpoints_flow_a_second_before_offboard_and_at_fifty_hertz(px4):
     assert session.figures.sent_n == len(px4.setpoints)
 
 
+NEEDED = {"LOCAL_POSITION_NED", "ATTITUDE", "EXTENDED_SYS_STATE", "GPS_RAW_INT", "SYS_STATUS"}
+
+
 def test_only_the_telemetry_that_is_needed_remains(px4):
     session = make_session()
     fly(session, px4, until=lambda: session.state is State.ARM)
-    assert px4.intervals_us.keys() == {"LOCAL_POSITION_NED", "ATTITUDE", "EXTENDED_SYS_STATE", "SYS_STATUS"}
+    assert px4.intervals_us.keys() == NEEDED
     assert px4.intervals_us["LOCAL_POSITION_NED"] == pytest.approx(20_000)
 
 
@@ -134,7 +137,7 @@ def test_only_the_telemetry_that_is_needed_remains(px4):
 def test_telemetry_is_asked_for_until_it_has_taken(px4, seed):
     session = make_session()
     fly(session, px4, until=lambda: session.state is State.ARM, up=Air(seed, loss=0.5))
-    assert px4.intervals_us.keys() == {"LOCAL_POSITION_NED", "ATTITUDE", "EXTENDED_SYS_STATE", "SYS_STATUS"}
+    assert px4.intervals_us.keys() == NEEDED
 
 
 def test_path_time_is_the_vehicle_s_time_when_it_keeps_up(px4):

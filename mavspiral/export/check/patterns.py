@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from mavspiral.export.check.camera_calc import judge_camera
 from mavspiral.export.check.findings import Findings
 from mavspiral.export.check.shape import ARRAY, FLAG, NUMBER, OBJECT, demand, place_of, short
 from mavspiral.export.check.simple_item import PlanItem, simple_item
@@ -70,6 +71,7 @@ def pattern(item: dict[str, Any], place: str, findings: Findings) -> tuple[list[
     transects = item["TransectStyleComplexItem"]
     if not demand(transects, _TRANSECTS, place, findings):
         return [], 0
+    judge_camera(transects["CameraCalc"], place, findings)
     inside: list[PlanItem] = []
     for number, simple in enumerate(transects["Items"], start=1):
         within = f"{place}.{number}"
@@ -84,6 +86,7 @@ def _structure(item: dict[str, Any], place: str, findings: Findings) -> int:
     """How many items QGroundControl makes of it: (corners + 3) · layers + 4."""
     if not demand(item, _STRUCTURE, place, findings):
         return 0
+    judge_camera(item["CameraCalc"], place, findings)
     findings.warning(place, "keeps no mission items in the file: only QGroundControl can fly it, not MAVSDK")
     corners = [place_of(corner, 2) for corner in item["polygon"]]
     if len(corners) < 3 or None in corners:

@@ -30,6 +30,11 @@ def read_plan_json(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     if len(content) > SIZE_MAX_BYTES:
         raise InputError(f"{path}: larger than {SIZE_MAX_BYTES >> 20} MiB, which no plan is")
+    if content.startswith(b"QGC WPL"):
+        raise InputError(
+            f"{path}: no .plan but a mission of text lines (QGC WPL), which keeps neither fence nor rally points. "
+            "Fix: open it in QGroundControl and save it as .plan"
+        )
     try:
         document = json.loads(
             content.decode("utf-8-sig"),

@@ -46,13 +46,36 @@ def plan_of(*items, fence=None, rally=(), firmware=12):
 
 TAKEOFF, WAYPOINT, RETURN = simple(22, 0, 0, 0, None), simple(16, 0, 0, 0, None), simple(20, frame=2)
 GOOD = plan_of(TAKEOFF, WAYPOINT, RETURN)
+CAMERA = {
+    "version": 2,
+    "CameraName": "Manual (no camera specs)",
+    "AdjustedFootprintSide": 25,
+    "AdjustedFootprintFrontal": 25,
+    "DistanceToSurface": 50,
+    "DistanceMode": 1,
+}
+SPECS = {
+    "CameraName": "Custom Camera",
+    "ValueSetIsDistance": True,
+    "ImageDensity": 1.4,
+    "FrontalOverlap": 70,
+    "SideOverlap": 70,
+    "SensorWidth": 13.2,
+    "SensorHeight": 8.8,
+    "ImageWidth": 5472,
+    "ImageHeight": 3648,
+    "FocalLength": 8.8,
+    "Landscape": True,
+    "FixedOrientation": False,
+    "MinTriggerInterval": 0.7,
+}
 TRANSECTS = {
     "version": 2,
     "TurnAroundDistance": 10,
     "CameraTriggerInTurnAround": True,
     "HoverAndCapture": False,
     "Refly90Degrees": False,
-    "CameraCalc": {},
+    "CameraCalc": CAMERA,
     "VisualTransectPoints": [],
     "Items": [WAYPOINT, simple(206, 20, 0, 1, frame=2)],
     "CameraShots": 3,
@@ -75,7 +98,7 @@ STRUCTURE = {
     "Layers": 3,
     "GimbalPitch": 0,
     "StartFromTop": False,
-    "CameraCalc": {},
+    "CameraCalc": CAMERA,
     "polygon": [[47.4, 8.55], [47.4, 8.551], [47.401, 8.55], [47.401, 8.551]],
 }
 
@@ -180,6 +203,36 @@ def test_a_structure_scan_counts_what_the_ground_station_makes_of_it():
     assert any("705 items: most boards hold 500" in line for line in many.warnings)
 
 
+@pytest.mark.parametrize("kind", ["survey", "structure"])
+@pytest.mark.parametrize(
+    ("camera", "words"),
+    [
+        (CAMERA, None),
+        (CAMERA | SPECS, None),
+        ({key: value for key, value in CAMERA.items() if key != "DistanceMode"}, "DistanceMode is missing"),
+        (CAMERA | {"CameraName": "Sony ILCE-QX1"}, "SensorWidth is missing"),
+        (CAMERA | SPECS | {"Landscape": 1}, "Landscape is 1, wanted true or false"),
+        (CAMERA | {"AdjustedFootprintSide": None}, "AdjustedFootprintSide is null, wanted a number"),
+        (CAMERA | {"version": 3}, "CameraCalc: version is 3, the loader takes 2"),
+    ],
+)
+def test_the_camera_of_a_pattern_is_judged_as_the_loader_does(kind, camera, words):
+    item = (
+        SURVEY | {"TransectStyleComplexItem": TRANSECTS | {"CameraCalc": camera}}
+        if kind == "survey"
+        else STRUCTURE | {"CameraCalc": camera}
+    )
+    errors = check_document(plan_of(TAKEOFF, item)).errors
+    assert (errors == ()) if words is None else any(words in line for line in errors), errors
+
+
+def test_an_old_camera_is_made_anew_and_not_judged():
+    verdict = check_document(
+        plan_of(TAKEOFF, STRUCTURE | {"CameraCalc": {"DistanceToSurfaceRelative": True}})
+    )
+    assert verdict.ok and any("CameraCalc: version is 0" in line for line in verdict.warnings)
+
+
 def test_a_waypoint_outside_its_own_fence():
     corners = [[47.399, 8.549], [47.399, 8.551], [47.401, 8.551], [47.401, 8.549]]
     polygon = {"version": 1, "inclusion": True, "polygon": corners}
@@ -237,6 +290,7 @@ def test_the_tables_are_what_the_bundled_vehicle_takes():
         (b'{"version": ' + b"9" * 5000 + b"}", "is too large"),
         (b"[" * 100_000, "no plan (nested too deep)"),
         (b"[]", "no plan (a JSON list, wanted an object)"),
+        (b"QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t47.4\t8.5\t500\t1\n", "a mission of text lines (QGC WPL)"),
         (b"\xff\xfe\x00", "no JSON"),
         (b" " * (8 * 2**20 + 1), "larger than 8 MiB"),
     ],

@@ -1,0 +1,121 @@
+"""What the stream is asked for, flown by the bundled vehicle in both dialects: `python tests/bench/bench_flown.py [NAME …]`.
+
+By truth, RTK. Rows: the torre in a calm and in gusts of 8 m/s at 6 m; the kiosk with 30 % of the packets lost each way and
+200 ms of delay, and with the link cut for 20 s in mid-inspection, resumed by the user until nothing is left. Without NAME all
+of calm, gusts, loss, cut.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[2]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "mavspiral")]
+
+from lockstep import flown, resumed_until_nothing_is_left, together  # noqa: E402
+
+from mavspiral import load_mission, plan  # noqa: E402
+from mavspiral.closedloop import simulate  # noqa: E402
+from mavspiral.flight.autopilots import Autopilot  # noqa: E402
+from mavspiral.flight.outcome import State  # noqa: E402
+from mavspiral.flown import Flight  # noqa: E402
+from mavspiral.frames import wrap_rad  # noqa: E402
+from mavspiral.inspection import Inspection  # noqa: E402
+from mavspiral.survey.solids import Solids  # noqa: E402
+
+DIALECTS: tuple[Autopilot, ...] = ("px4", "ardupilot")
+ASKED_P95_M = {"px4": 0.3, "ardupilot": 0.45}
+
+
+def planned(name: str) -> Inspection:
+    return plan(load_mission(ROOT / "missions" / f"{name}.toml"))
+
+
+def heading_p95_deg(flight: Flight) -> float:
+    """The true heading off the reference's, over the inspection."""
+    log = flight.log
+    on = log.on_leg("inspection")
+    off = wrap_rad(log.truth_yaw_enu_rad[on] - log.reference_yaw_enu_rad[on])
+    return float(np.degrees(np.quantile(np.abs(off), 0.95)))
+
+
+def row(what: str, measured: str, asked: str, holds: bool) -> None:
+    print(f"{what:44}{measured:>12}   {asked:24}{'' if holds else 'DOES NOT HOLD'}", flush=True)
+
+
+def calm_and_gusts(dialect: Autopilot, torre: Inspection, *, gusts: bool) -> None:
+    torre = torre.flown_by(dialect)
+    calm = simulate(torre, seed=1)
+    least_m = torre.mission.limits.clearance_m
+    p95_m, heading_deg = calm.tracking_p95_m, heading_p95_deg(calm)
+    asked_m = ASKED_P95_M[dialect]
+    row(f"{dialect} torre calm, truth p95", f"{p95_m:.3f} m", f"≤ {asked_m:g} m", p95_m <= asked_m)
+    row(f"{dialect} torre calm, heading p95", f"{heading_deg:.2f}°", "≤ 2°", heading_deg <= 2.0)
+    row(f"{dialect} torre calm, clearance", f"{calm.clearance_min_m:.2f} m", f"≥ {least_m:g} m", calm.clearance_min_m >= least_m)  # fmt: skip
+    if gusts:
+        windy = simulate(torre, seed=1, wind_mps=8.0, gusts=True)
+        lost = calm.coverage.walls - windy.coverage.walls
+        kept = windy.clearance_min_m >= least_m and windy.outcome.ok
+        row(
+            f"{dialect} torre 8 m/s gusty, clearance",
+            f"{windy.clearance_min_m:.2f} m",
+            f"≥ {least_m:g} m",
+            kept,
+        )
+        row(
+            f"{dialect} torre 8 m/s gusty, walls lost",
+            f"{100 * lost:.2f} %",
+            "≤ 1 % of the calm's",
+            lost <= 0.01,
+        )
+
+
+def loss(dialect: Autopilot, kiosk: Inspection) -> None:
+    kiosk, least_m = kiosk.flown_by(dialect), kiosk.mission.limits.clearance_m
+    session, truth_enu_m = flown(kiosk, seed=1, loss=0.3, delay_us=200_000)
+    nearest_m = float(Solids.of_map(kiosk.site.heights).distance_m(truth_enu_m).min())
+    ok = session.outcome is not None and session.outcome.ok
+    ended = "completed" if ok else f"{session.outcome}"
+    row(f"{dialect} kiosk 30 % lost, 200 ms late", ended, "completes", ok)
+    row(f"{dialect} kiosk 30 % lost, 200 ms late, clearance", f"{nearest_m:.2f} m", f"≥ {least_m:g} m", nearest_m >= least_m)  # fmt: skip
+
+
+def cut(dialect: Autopilot, kiosk: Inspection) -> None:
+    kiosk, least_m = kiosk.flown_by(dialect), kiosk.mission.limits.clearance_m
+    begun: list[int] = []
+
+    def cuts(now_us: int, session: object, air: tuple) -> None:
+        if session.state is State.STREAM and session.path_t_s > 30.0 and not begun:
+            begun.append(now_us)
+        for way in air:
+            way.cut = bool(begun) and now_us < begun[0] + 20_000_000
+
+    sessions, truths, shots = resumed_until_nothing_is_left(kiosk, seed=1, each=cuts, set_failsafes=True)
+    seen = kiosk.coverage_from(together(tuple(shots))).walls
+    solids = Solids.of_map(kiosk.site.heights)
+    nearest_m = min(float(solids.distance_m(truth).min()) for truth in truths)
+    print(f"    {dialect}, link cut for 20 s: {'; '.join(s.outcome.reason for s in sessions if s.outcome)}")
+    row(f"{dialect} kiosk link cut, {len(sessions)} flights, walls", f"{100 * seen:.2f} %", "as planned", seen >= kiosk.coverage.walls - 1e-9)  # fmt: skip
+    row(
+        f"{dialect} kiosk link cut, clearance", f"{nearest_m:.2f} m", f"≥ {least_m:g} m", nearest_m >= least_m
+    )
+
+
+def main() -> None:
+    wanted = set(sys.argv[1:]) or {"calm", "gusts", "loss", "cut"}
+    kiosk = planned("kiosk")
+    torre = planned("torre") if wanted & {"calm", "gusts"} else kiosk
+    for dialect in DIALECTS:
+        if "loss" in wanted:
+            loss(dialect, kiosk)
+        if "cut" in wanted:
+            cut(dialect, kiosk)
+        if wanted & {"calm", "gusts"}:
+            calm_and_gusts(dialect, torre, gusts="gusts" in wanted)
+
+
+if __name__ == "__main__":
+    main()
