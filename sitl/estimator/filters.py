@@ -96,12 +96,15 @@ def _fuse(
     R: FloatArray,
     gate: float,
 ) -> bool:
-    residual = z - expected
+    residual = np.empty(z.size)
+    for a in range(z.size):
+        residual[a] = z[a] - expected[a]
     if worst_ratio(P, residual, H, R) > gate * gate:
         return False
     _update(x, P, residual, H, R)
     inject(navs, x, P)
-    x[:] = 0.0
+    for i in range(x.size):
+        x[i] = 0.0
     return True
 
 
