@@ -26,7 +26,7 @@ from sitl.params import Params
 from sitl.signals import Demand, GeoPoint
 from sitl.vehicle import FRAME_US, Vehicle, VehicleConfig
 
-__all__ = ["compiled_beside"]
+__all__ = ["compiled_beside", "work"]
 
 _AIRFRAME = "x500"
 
@@ -49,14 +49,13 @@ def compiled_beside() -> Iterator[None]:
 
 @contextmanager
 def _worker(half: str) -> Iterator[subprocess.Popen]:
-    """A process that compiles that half for as long as its standard input is open."""
-    path = os.pathsep.join(filter(None, (str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH"))))
+    """A process that compiles that half for as long as its standard input is open; it imports what we would."""
+    code = f"import sys; sys.path[:] = {sys.path!r}; from sitl import compiling; compiling.work({half!r})"
     worker = subprocess.Popen(
-        [sys.executable, "-m", "sitl.compiling", half],
+        [sys.executable, "-c", code],
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
-        env={**os.environ, "PYTHONPATH": path},
     )
     try:
         yield worker
@@ -103,6 +102,7 @@ def _end_with_the_parent() -> None:
     os._exit(1)
 
 
-if __name__ == "__main__":
+def work(half: str) -> None:
+    """Compile that half: what a process of `compiled_beside` does."""
     threading.Thread(target=_end_with_the_parent, daemon=True).start()
-    _HALVES[sys.argv[1]]()
+    _HALVES[half]()

@@ -63,7 +63,7 @@ BOOK = np.dtype(
 
 
 def _stock_filter(nav: np.ndarray, noise: FloatArray) -> StockFilter:
-    from sitl.estimator.stock import StockFilter  # filterpy brings scipy and matplotlib: only who asks pays
+    from sitl.estimator.stock import StockFilter  # filterpy brings much of scipy: only who asks pays
 
     return StockFilter(nav, noise)
 

@@ -111,7 +111,7 @@ class KernelFilter:
     """`StockFilter`'s twin, with `predict` and `update` in kernels that know the transition's zeros.
 
     It keeps no priors and posteriors beside `x` and `P`. It does not inherit from filterpy's filter, whose import
-    brings scipy and matplotlib: 0.7 s and 60 MB of a vehicle.
+    brings much of scipy: 0.7 s and 45 MB.
     """
 
     def __init__(self, nav: np.ndarray, noise: FloatArray) -> None:

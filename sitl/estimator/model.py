@@ -144,7 +144,8 @@ def tick(nav: np.record, k: int) -> None:
     """Carry the output through sample `k` of the newest frame."""
     force, rate = _corrected(nav, nav.frame % RING, k)
     if nav.running:
-        p, v = nav.out_position_ned_m[:], nav.out_velocity_ned_mps[:]  # slices, as the horizon's: one signature
+        # Slices, as the horizon's are: one signature.
+        p, v = nav.out_position_ned_m[:], nav.out_velocity_ned_mps[:]
         a = propagate(p, v, nav.out_q_ned_frd, force, rate, IMU_S)
         for i in range(3):
             nav.out_acceleration_ned_mps2[i] = a[i]
