@@ -36,6 +36,7 @@ from mavspiral.sorties import Sortie
 from mavspiral.survey.solids import Solids
 from mavspiral.uploads import mission_lists
 from sitl.airframe import load_airframe
+from sitl.compiling import compiled_beside
 from sitl.faults import Fault, parse_fault
 from sitl.params import Params
 from sitl.rotation import to_yaw
@@ -93,7 +94,8 @@ def simulate(
         InputError: a fault or an airframe that nobody knows.
         LimitError: the plan does not keep its own limits, or stretches of it have no mission that fits.
     """
-    inspection = plan(mission) if isinstance(mission, Mission) else mission
+    with compiled_beside():
+        inspection = plan(mission) if isinstance(mission, Mission) else mission
     if autopilot is not None:
         inspection = inspection.flown_by(autopilot)
     flights: list[Flight] = []

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from sitl.airframe import load_airframe
+from sitl.compiling import compiled_beside
 from sitl.faults import Fault, parse_fault
 from sitl.link.endpoint import (
     ARDUPILOT_TCP_PORTS,
@@ -137,6 +138,8 @@ def main(argv: list[str] | None = None) -> int:
 
 def _warm_up(config: SimulatorConfig) -> None:
     """Live with a vehicle that is thrown away: numba compiles while nobody on the air waits for it."""
+    with compiled_beside():
+        pass
     Simulator(config).exchange(_WARM_UP_US, (b"", b""))
 
 

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from numba import njit
+from numba import config, njit
 from numba.core.caching import FunctionCache
 from numpy.typing import NDArray
 
-__all__ = ["Components", "FloatArray", "Quaternion", "Triple", "kernel", "sources_digest"]
+__all__ = ["Components", "FloatArray", "Quaternion", "Triple", "is_compiled", "kernel", "sources_digest"]
 
 FloatArray = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -44,6 +44,15 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 
 def kernel(function: Function) -> Function:
     """`function`, compiled at its first call."""
-    compiled = njit(function)
+    compiled = njit(no_cfunc_wrapper=True)(function)  # a wrapper for C's callers, whom we do not have
     compiled._cache = _Cache(function)
     return compiled  # type: ignore[no-any-return]
+
+
+def is_compiled(function: Callable) -> bool:
+    """Whether the kernel's machine code for this processor is in the cache on disk, or never will be."""
+    if config.DISABLE_JIT:
+        return True
+    magic = function.targetctx.codegen().magic_tuple()  # type: ignore[attr-defined]
+    index = function._cache._cache_file._load_index()  # type: ignore[attr-defined]
+    return any(key[1] == magic and key[-1] == _DIGEST for key in index)

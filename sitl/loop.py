@@ -86,7 +86,8 @@ def _move(world: np.record, brain: np.record, noise: np.record, at: int) -> None
             shaft_power_w += 0.25 * plant.torque_per_thrust_m * plant.thrust_n_per_radps2[i] * speed**3
         if k % 2:
             measure_imu(sensed, k // 2, world.mean_force, world.mean_rate, noise.imu[at, k // 2])
-            nav.imu[slot, k // 2, :] = sensed.imu[k // 2, :]
+            for i in range(6):
+                nav.imu[slot, k // 2, i] = sensed.imu[k // 2, i]
             tick(nav, k // 2)
             filter_gyro(mind, gains, nav.out_rate_frd_radps, IMU_S)
     drain(pack, shaft_power_w, FRAME_S)
@@ -107,13 +108,15 @@ def _sense(world: np.record, nav: np.record, noise: np.record, frame: int, at: i
         measure_baro(sensed, body.position_ned_m[2], load, airspeed, noise.baro[at // 4])
         measure_mag(sensed, body.q_ned_frd, noise.mag[at // 4])
         nav.baro_alt_m[slot] = sensed.baro_alt_m
-        nav.mag[slot, :] = sensed.mag_frd_gauss
+        for i in range(3):
+            nav.mag[slot, i] = sensed.mag_frd_gauss[i]
         nav.has[slot] = HAS_BARO | HAS_MAG
     if (frame + 1) % 10 == 0:
         measure_fix(sensed, frame, body.position_ned_m, body.velocity_ned_mps, noise.gps[at // 10], received)
     taken = frame - GPS_DELAY_FRAMES
     if taken >= 0 and (taken + 1) % 10 == 0 and sensed.fix_valid[taken % 16]:
-        nav.fix[taken % RING, :] = sensed.fix[taken % 16, :]
+        for i in range(6):
+            nav.fix[taken % RING, i] = sensed.fix[taken % 16, i]
         nav.has[taken % RING] |= HAS_FIX
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from sitl.airframe import RECEIVERS, Airframe, Receiver, Senses
 from sitl.autopilot.cascade import new_mind, set_demand, set_gains
+from sitl.estimator.ekf import Ekf
 from sitl.estimator.model import new_nav, report, vibration
 from sitl.faults import Fault
 from sitl.geo import dipole_field
@@ -96,8 +97,6 @@ class Vehicle:
     """A quadrotor that flies itself to setpoints."""
 
     def __init__(self, config: VehicleConfig) -> None:
-        from sitl.estimator.ekf import Ekf  # filterpy takes 0.7 s to import: only whoever flies pays
-
         self.config = config
         seeds = np.random.SeedSequence(config.seed).spawn(6)
         boot, *self._generators = (np.random.Generator(np.random.PCG64(seed)) for seed in seeds)

@@ -38,7 +38,7 @@ arrays errors
 """
 SITL = """
 __main__ pytest_plugin
-simulator
+simulator compiling
 vehicle
 trouble loop
 link autopilot estimator physics

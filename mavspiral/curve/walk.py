@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numba import njit
 
-from mavspiral.arrays import FloatArray
+from mavspiral.arrays import FloatArray, locked
 from mavspiral.shape.contour import Ring, corners_closed, iso_line
 
 __all__ = ["Walk", "signed_distance"]
@@ -37,9 +37,14 @@ class Walk:
         self._origin_enu_m = low - 2.0 * self._pitch_m
         cols, rows = (np.ceil((high - low) / self._pitch_m) + 5).astype(int)
         x, y = np.meshgrid(np.arange(cols), np.arange(rows))
-        nodes = self._origin_enu_m + np.stack([x, y], axis=-1).reshape(-1, 2) * self._pitch_m
-        self._from_m = signed_distance(nodes, start.points_enu_m[::2]).reshape(rows, cols)
-        self._to_m = signed_distance(nodes, target.points_enu_m[::2]).reshape(rows, cols)
+        grid = self._origin_enu_m + np.stack([x, y], axis=-1).reshape(-1, 2) * self._pitch_m
+        # Locked, as rings are: numba compiles for each kind of array.
+        nodes, begin, end = (
+            locked(points, shape=(None, 2), name="points")
+            for points in (grid, start.points_enu_m[::2], target.points_enu_m[::2])
+        )
+        self._from_m = signed_distance(nodes, begin).reshape(rows, cols)
+        self._to_m = signed_distance(nodes, end).reshape(rows, cols)
         self._to_m = np.maximum(self._to_m, self._from_m)
         self._anchor_enu_m = anchor_enu_m
         self._corner_radius_m = corner_radius_m

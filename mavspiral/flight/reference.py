@@ -77,7 +77,8 @@ class Reference:
         assign(self, "accelerations", locked(accelerations, shape=(len(values), 4), name="accelerations"))
         ends = np.stack([self.values, self.rates * knot_s, self.accelerations * knot_s**2])  # (3, n, 4)
         both = np.concatenate([ends[:, :-1], ends[:, 1:]])  # (6, n-1, 4)
-        powers = np.einsum("cd,dna->nac", _HERMITE, both)
+        # Contiguous, long or short: numba compiles for each layout.
+        powers = np.ascontiguousarray(np.einsum("cd,dna->nac", _HERMITE, both))
         assign(self, "_coefficients", locked(powers, shape=(len(values) - 1, 4, 6), name="coefficients"))
 
     @classmethod

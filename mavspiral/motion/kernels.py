@@ -120,7 +120,8 @@ def level_hills(speed: FloatArray, distance: FloatArray, window: float) -> Float
             else:
                 right += 1
             level = min(level, step)
-        v[left : right + 1] = np.minimum(v[left : right + 1], level)
+        for j in range(left, right + 1):
+            v[j] = min(v[j], level)
         i = max(right, i + 1)
     return v
 

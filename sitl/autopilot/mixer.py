@@ -50,9 +50,10 @@ def _shift(motors: FloatArray, column: FloatArray, most: float) -> float:
 
 
 @kernel
-def _give_way(motors: FloatArray, column: FloatArray, most: float, only_less: bool) -> None:
+def _give_way(motors: FloatArray, column: FloatArray, most: float, raised: float) -> None:
+    """Share out what overshoots [0, most]; not if that takes more than `raised` of the column."""
     first = _shift(motors, column, most)
-    if only_less and first > 0.0:
+    if first > raised:
         return
     for i in range(4):
         motors[i] += first * column[i]
@@ -71,13 +72,13 @@ def mix(
     """
     for i in range(4):
         motors[i] = torque[0] * columns[0, i] + torque[1] * columns[1, i] + thrust * columns[3, i]
-    _give_way(motors, columns[3], 1.0, True)
-    _give_way(motors, columns[0], 1.0, False)
-    _give_way(motors, columns[1], 1.0, False)
+    _give_way(motors, columns[3], 1.0, 0.0)
+    _give_way(motors, columns[0], 1.0, math.inf)
+    _give_way(motors, columns[1], 1.0, math.inf)
     for i in range(4):
         motors[i] += torque[2] * columns[2, i]
-    _give_way(motors, columns[2], 1.0 + _YAW_MARGIN, False)
-    _give_way(motors, columns[3], 1.0, True)
+    _give_way(motors, columns[2], 1.0 + _YAW_MARGIN, math.inf)
+    _give_way(motors, columns[3], 1.0, 0.0)
     for i in range(4):
         motors[i] = min(max(motors[i], 0.0), 1.0)
     for axis in range(3):

@@ -1,1 +1,1 @@
-"""What the vehicle believes: an error-state Kalman filter on filterpy."""
+"""What the vehicle believes: an error-state Kalman filter, filterpy's or its twin in kernels."""

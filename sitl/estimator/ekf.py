@@ -7,11 +7,12 @@ it is zero again.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sitl.airframe import Receiver, Senses
-from sitl.estimator.filters import KernelFilter, StockFilter
+from sitl.estimator.filters import KernelFilter
 from sitl.estimator.model import (
     HAS_BARO,
     HAS_FIX,
@@ -29,6 +30,9 @@ from sitl.geo import GRAVITY_MPS2, geodetic_of_ned, ned_of_geodetic
 from sitl.kernels import FloatArray, Triple
 from sitl.params import Params
 from sitl.rotation import from_euler
+
+if TYPE_CHECKING:
+    from sitl.estimator.stock import StockFilter
 
 __all__ = ["BOOK", "Ekf"]
 
@@ -57,6 +61,12 @@ BOOK = np.dtype(
     ]
 )
 """What the estimator remembers beside the filter."""
+
+
+def _stock_filter(nav: np.ndarray, noise: FloatArray) -> StockFilter:
+    from sitl.estimator.stock import StockFilter  # filterpy brings much of scipy: only who asks pays
+
+    return StockFilter(nav, noise)
 
 
 class Ekf:
@@ -89,7 +99,7 @@ class Ekf:
         noise = process_noise(*densities, *walks, PREDICT_S)
         nav["scale_noise_s"] = s.gyro_scale**2 * _TURN_TIME_S
         noise[:3] = 2.0 * self.wander_variance_m2 / receiver.wander_time_s * PREDICT_S
-        self.filter = StockFilter(nav, noise) if stock else KernelFilter(nav, noise)
+        self.filter = _stock_filter(nav, noise) if stock else KernelFilter(nav, noise)
         self._senses, self._offset = senses, origin_offset_ned_m
         self._field = np.array(field_ned_gauss)
         self._place_R, self._speed_R = np.diag(self._fix_sigma[:3] ** 2), np.diag(self._fix_sigma[3:] ** 2)

@@ -112,15 +112,17 @@ def report(navs: np.ndarray, P: FloatArray, wander_variance_m2: FloatArray, told
     velocity and attitude.
     """
     nav = navs[0]
-    told[0:3] = nav.out_position_ned_m
-    told[3:6] = nav.out_velocity_ned_mps
-    told[6:10] = nav.out_q_ned_frd
-    told[10:13] = nav.out_rate_frd_radps
-    told[13:16] = nav.out_acceleration_ned_mps2
-    told[16:19] = nav.gyro_bias
-    told[19:22] = nav.accel_bias
-    r = matrix(nav.out_q_ned_frd)
+    q = nav.out_q_ned_frd
+    for i in range(4):
+        told[6 + i] = q[i]
+    r = matrix((q[0], q[1], q[2], q[3]))
     for i in range(3):
+        told[i] = nav.out_position_ned_m[i]
+        told[3 + i] = nav.out_velocity_ned_mps[i]
+        told[10 + i] = nav.out_rate_frd_radps[i]
+        told[13 + i] = nav.out_acceleration_ned_mps2[i]
+        told[16 + i] = nav.gyro_bias[i]
+        told[19 + i] = nav.accel_bias[i]
         told[22 + i] = P[i, i] + OUTPUT_S * (2.0 * P[i, 3 + i] + OUTPUT_S * P[3 + i, 3 + i])
         told[22 + i] += wander_variance_m2[i]
         told[25 + i] = P[3 + i, 3 + i]
@@ -156,7 +158,9 @@ def tick(nav: np.record, k: int) -> None:
     """Carry the output through sample `k` of the newest frame."""
     force, rate = _corrected(nav, nav.frame % RING, k)
     if nav.running:
-        a = propagate(nav.out_position_ned_m, nav.out_velocity_ned_mps, nav.out_q_ned_frd, force, rate, IMU_S)
+        # Slices, as the horizon's are: one signature.
+        p, v = nav.out_position_ned_m[:], nav.out_velocity_ned_mps[:]
+        a = propagate(p, v, nav.out_q_ned_frd, force, rate, IMU_S)
         for i in range(3):
             nav.out_acceleration_ned_mps2[i] = a[i]
     for i in range(3):
@@ -171,15 +175,18 @@ def advance_horizon(nav: np.record) -> int:
     slot = (frame - HORIZON_FRAMES) % RING
     if not nav.running:
         return int(nav.has[slot])
-    f0, w0 = _corrected(nav, slot, 0)
-    f1, w1 = _corrected(nav, slot, 1)
-    propagate(nav.pose[:3], nav.pose[3:], nav.q_ned_frd, f0, w0, IMU_S)
-    for i in range(4):
-        nav.mean_q[i] = nav.q_ned_frd[i]
-    propagate(nav.pose[:3], nav.pose[3:], nav.q_ned_frd, f1, w1, IMU_S)
+    p, v = nav.pose[:3], nav.pose[3:]
     for i in range(3):
-        nav.mean_force[i] = 0.5 * (f0[i] + f1[i])
-        nav.mean_rate[i] = 0.5 * (w0[i] + w1[i])
+        nav.mean_force[i] = nav.mean_rate[i] = 0.0
+    for k in range(2):
+        force, rate = _corrected(nav, slot, k)
+        propagate(p, v, nav.q_ned_frd, force, rate, IMU_S)
+        for i in range(3):
+            nav.mean_force[i] += 0.5 * force[i]
+            nav.mean_rate[i] += 0.5 * rate[i]
+        if k == 0:
+            for i in range(4):
+                nav.mean_q[i] = nav.q_ned_frd[i]
     return int(nav.has[slot])
 
 
@@ -187,10 +194,11 @@ def advance_horizon(nav: np.record) -> int:
 def catch_up(navs: np.ndarray) -> None:
     """Make the output anew: the nominal state carried through every sample since the horizon."""
     nav = navs[0]
-    p, v, q = nav.out_position_ned_m, nav.out_velocity_ned_mps, nav.out_q_ned_frd
-    p[:] = nav.pose[:3]
-    v[:] = nav.pose[3:]
-    q[:] = nav.q_ned_frd
+    p, v, q = nav.out_position_ned_m[:], nav.out_velocity_ned_mps[:], nav.out_q_ned_frd
+    for i in range(3):
+        p[i], v[i] = nav.pose[i], nav.pose[3 + i]
+    for i in range(4):
+        q[i] = nav.q_ned_frd[i]
     for frame in range(nav.frame - HORIZON_FRAMES + 1, nav.frame):
         for k in range(2):
             force, rate = _corrected(nav, frame % RING, k)
@@ -285,9 +293,10 @@ def inject(navs: np.ndarray, error: FloatArray, P: FloatArray) -> None:
         nav.pose[3 + i] += error[3 + i]
         nav.gyro_bias[i] += error[9 + i]
         nav.accel_bias[i] += error[12 + i]
-    q = normalized(multiply(nav.q_ned_frd, exponential(theta)))
+    q = nav.q_ned_frd
+    turned = normalized(multiply((q[0], q[1], q[2], q[3]), exponential(theta)))
     for i in range(4):
-        nav.q_ned_frd[i] = q[i]
+        q[i] = turned[i]
     x, y, z = 0.5 * theta[0], 0.5 * theta[1], 0.5 * theta[2]
     for j in range(STATES):
         a, b, c = P[6, j], P[7, j], P[8, j]
@@ -298,16 +307,22 @@ def inject(navs: np.ndarray, error: FloatArray, P: FloatArray) -> None:
 
 
 @kernel
+def _field_frd(q: FloatArray, field_ned: FloatArray) -> Triple:
+    return unrotate((q[0], q[1], q[2], q[3]), (field_ned[0], field_ned[1], field_ned[2]))
+
+
+@kernel
 def mag_expected(q: FloatArray, field_ned: FloatArray) -> FloatArray:
     """The field along the body axes."""
-    x, y, z = unrotate(q, field_ned)
-    return np.array([x, y, z])
+    expected = np.empty(3)
+    expected[0], expected[1], expected[2] = _field_frd(q, field_ned)
+    return expected
 
 
 @kernel
 def mag_jacobian(q: FloatArray, field_ned: FloatArray) -> FloatArray:
     """∂(Rᵀ m)/∂δθ = [Rᵀ m]×, in a 3×15."""
-    x, y, z = unrotate(q, field_ned)
+    x, y, z = _field_frd(q, field_ned)
     H = np.zeros((3, STATES))
     H[0, 7], H[0, 8] = -z, y
     H[1, 6], H[1, 8] = z, -x

@@ -33,13 +33,13 @@ def shear(height_m: float) -> float:
 
 
 @kernel
-def _lag(state: FloatArray, at: int, decay: float, drive: float) -> float:
+def _lag(state: FloatArray, decay: float, drive: float) -> float:
     """The next output of (1 + √3 T s) / (1 + T s)² in partial fractions; its variance is 2."""
     fresh = math.sqrt(1.0 - decay * decay) * drive
-    state[at + 1] = decay * state[at + 1] + (1.0 - decay) * (state[at] + 0.5 * fresh)
-    state[at] = decay * state[at] + fresh
+    state[1] = decay * state[1] + (1.0 - decay) * (state[0] + 0.5 * fresh)
+    state[0] = decay * state[0] + fresh
     root3 = math.sqrt(3.0)
-    return float(root3 * state[at] + (1.0 - root3) * state[at + 1])
+    return float(root3 * state[0] + (1.0 - root3) * state[1])
 
 
 @kernel
@@ -55,7 +55,8 @@ def blow(
     mean = air.mean_wind_ned_mps
     speed = math.hypot(mean[0], mean[1])
     if speed == 0.0 and mean[2] == 0.0:
-        wind_ned_mps[:] = 0.0
+        for i in range(3):
+            wind_ned_mps[i] = 0.0
         return
     share = shear(height_m)
     for i in range(3):
@@ -78,8 +79,8 @@ def blow(
     gust = air.gust_mps
     gust[0] = decay_u * gust[0] + math.sqrt(1.0 - decay_u * decay_u) * normals[0]
     u = sigma_u * gust[0]
-    v = sigma_u / math.sqrt(2.0) * _lag(gust, 1, decay_u, normals[1])
-    w = sigma_w / math.sqrt(2.0) * _lag(gust, 3, decay_w, normals[2])
+    v = sigma_u / math.sqrt(2.0) * _lag(gust[1:3], decay_u, normals[1])
+    w = sigma_w / math.sqrt(2.0) * _lag(gust[3:5], decay_w, normals[2])
     c, s = mean[0] / speed, mean[1] / speed
     wind_ned_mps[0] += c * u - s * v
     wind_ned_mps[1] += s * u + c * v

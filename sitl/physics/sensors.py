@@ -158,7 +158,8 @@ def measure_mag(sensed: np.record, q_ned_frd: FloatArray, normals: FloatArray) -
     if sensed.stuck & _MAG_STUCK:
         return
     f, d = sensed.field_ned_gauss, sensed.disturbance_ned_gauss
-    field = unrotate(q_ned_frd, (f[0] + d[0], f[1] + d[1], f[2] + d[2]))
+    q = (q_ned_frd[0], q_ned_frd[1], q_ned_frd[2], q_ned_frd[3])
+    field = unrotate(q, (f[0] + d[0], f[1] + d[1], f[2] + d[2]))
     for i in range(3):
         sensed.mag_frd_gauss[i] = field[i] + sensed.mag_noise_gauss * normals[i]
 
@@ -198,7 +199,8 @@ def measure_fix(
     slot = frame % 16
     sensed.fix_valid[slot] = received
     if sensed.stuck & _FIX_STUCK:
-        sensed.fix[slot, :] = sensed.fix[(frame - 10) % 16, :]
+        for i in range(6):
+            sensed.fix[slot, i] = sensed.fix[(frame - 10) % 16, i]
         return
     away = sensed.fix_offset_m + sensed.fix_drift_m
     place = geodetic_of_ned(

@@ -6,7 +6,7 @@ from pathlib import Path
 import sitl.kernels
 
 CALLER = """
-from rooms.kernels import kernel
+from rooms.kernels import is_compiled, kernel
 from rooms.callee import answer
 
 @kernel
@@ -14,6 +14,7 @@ def ask():
     return answer()
 
 if __name__ == "__main__":
+    print(is_compiled(ask))
     print(ask())
     print(len(list(ask.stats.cache_hits)))
 """
@@ -40,12 +41,25 @@ def test_a_change_in_another_rooms_callee_is_seen_and_the_same_code_is_not_compi
         )
         return run.stdout.split()
 
-    assert ask(1) == ["1", "0"]
-    assert ask(1) == ["1", "1"]
-    assert ask(2) == ["2", "0"]
+    assert ask(1) == ["False", "1", "0"]
+    assert ask(1) == ["True", "1", "1"]
+    assert ask(2) == ["False", "2", "0"]
 
 
-def test_filterpy_is_imported_only_by_whoever_flies():
-    code = "import sys, sitl.vehicle; sys.exit('filterpy' in sys.modules)"
+def test_a_vehicle_flies_without_filterpy_unless_the_stock_filter_is_asked_for():
+    code = """
+import sys
+from sitl.airframe import load_airframe
+from sitl.params import Params
+from sitl.signals import GeoPoint
+from sitl.simulator import Simulator, SimulatorConfig
+from sitl.vehicle import VehicleConfig
+x500 = load_airframe("x500")
+for stock in (False, True):
+    vehicle = VehicleConfig(x500, Params(x500.params), GeoPoint(24.0, 33.0, 190.0), stock_filter=stock)
+    Simulator(SimulatorConfig(vehicle)).step(2_000_000, b"")
+    print(sorted({"filterpy", "scipy.stats"} & set(sys.modules)))
+"""
     root = Path(sitl.kernels.__file__).parents[1]
-    assert subprocess.run([sys.executable, "-c", code], cwd=root, check=False).returncode == 0
+    run = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
+    assert run.stdout.splitlines() == ["[]", "['filterpy', 'scipy.stats']"]

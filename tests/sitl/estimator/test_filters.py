@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from sitl.estimator import model as m
-from sitl.estimator.filters import KernelFilter, StockFilter, worst_ratio
+from sitl.estimator.filters import KernelFilter, worst_ratio
+from sitl.estimator.stock import StockFilter
 
 RNG = np.random.default_rng(11)
 
