@@ -32,9 +32,11 @@ WORTH_M2 = 1.0
 WORTH_SHARE = 0.002
 """Of all walls, or of all roofs: what shows less, or less than `WORTH_M2`, is not flown."""
 LINES_MAX = 8
+LEFT_MAX = 1200
+"""Of more patches than this, evenly chosen ones stand for all."""
 SEEDS_MAX = 40
 POSES_MAX = 300
-DRAWN_OUT = 10
+DRAWN_OUT = 8
 """So many of the poses, those that show most, are drawn out to lines."""
 AWAY_N = 40
 """A line goes so many shots to either side at the most."""
@@ -77,10 +79,11 @@ class Filler:
         patches = coverage.patches
         wanted = ~coverage.seen & (coverage.best_pose == SEEABLE) & (patches.is_wall | self.roofs)
         left = np.flatnonzero(wanted)
-        worth = np.zeros(len(patches))
+        every = 1 + len(left) // LEFT_MAX
+        left, worth = left[::every], np.zeros(len(patches))
         for kind in (patches.is_wall, ~patches.is_wall):
             least_m2 = max(WORTH_M2, WORTH_SHARE * float(patches.area_m2[kind].sum()))
-            worth[kind] = patches.area_m2[kind] / least_m2
+            worth[kind] = every * patches.area_m2[kind] / least_m2
         lines: list[_Line] = []
         while len(lines) < LINES_MAX and worth[left].sum() >= 1.0:
             line = self._best_line(coverage, left, worth[left])
@@ -99,46 +102,51 @@ class Filler:
         shows = self._shows(coverage, left, poses.place_enu_m, poses.yaw_enu_rad, poses.pitch_rad)
         best, best_value = None, 0.0
         for number in np.argsort(-(shows @ worth), kind="stable")[:DRAWN_OUT]:
-            line = self._drawn_out(coverage, left, poses, int(number))
-            gain = 0.0 if line is None else float(worth[line.shows].sum())
-            if line is None or gain < 1.0:
-                continue
-            length_m = float(np.linalg.norm(line.end_enu_m - line.start_enu_m))
-            value = gain / (DETOUR_S + length_m / self._pace(line).speed_mps)
-            if value > best_value:
-                best, best_value = line, value
+            for line in self._drawn_out(coverage, left, poses, int(number)):
+                gain = float(worth[line.shows].sum())
+                length_m = float(np.linalg.norm(line.end_enu_m - line.start_enu_m))
+                value = gain / (DETOUR_S + length_m / self._pace(line).speed_mps)
+                if gain >= 1.0 and value > best_value:
+                    best, best_value = line, value
         return best
 
     def _drawn_out(
         self, coverage: Coverage, left: NDArray[np.int64], poses: Glimpses, number: int
-    ) -> _Line | None:
-        """The line through a pose, along the wall that it looks at."""
+    ) -> list[_Line]:
+        """The lines through a pose, along the wall that it looks at and square to where it looks."""
         patches, seed = coverage.patches, int(poses.patch[number])
         place = poses.place_enu_m[number]
         yaw, pitch = float(poses.yaw_enu_rad[number]), float(poses.pitch_rad[number])
-        normal = patches.normal_enu[seed]
-        if np.hypot(normal[0], normal[1]) < 0.05:
-            normal = np.array([np.cos(yaw), np.sin(yaw), 0.0])
-        along = np.array([-normal[1], normal[0], 0.0]) / np.hypot(normal[0], normal[1])
         range_m = float(np.linalg.norm(patches.centre_enu_m[seed] - place))
-        step_m = self.camera.shot_spacing_m(range_m, self.side_overlap)
-        steps = np.arange(-AWAY_N, AWAY_N + 1)
-        places = place + steps[:, None] * step_m * along
-        sweeps = self.solids.distance_m(places[:-1], np.diff(places, axis=0)) >= self.room.clearance_m
-        first = AWAY_N - int(np.argmin(np.append(sweeps[:AWAY_N][::-1], False)))
-        last = AWAY_N + int(np.argmin(np.append(sweeps[AWAY_N:], False)))
-        places = places[first : last + 1]
-        n = len(places)
-        shows = self._shows(coverage, left, places, np.full(n, yaw), np.full(n, pitch))
-        here = AWAY_N - first
-        first, last = _showing(shows, here)
-        start, end = places[first], places[last]
-        if first == last:
-            half = 0.5 * SHORTEST_M * along
-            start, end = start - half, end + half
-            if float(self.solids.distance_m(start[None], end - start)[0]) < self.room.clearance_m:
-                return None
-        return _Line(start, end, yaw, pitch, range_m, shows[first : last + 1].any(axis=0))
+        normal = patches.normal_enu[seed, :2]
+        ways = [np.array([-np.sin(yaw), np.cos(yaw), 0.0])]
+        if (upright := float(np.hypot(*normal))) > 0.05:
+            ways.append(np.array([-normal[1], normal[0], 0.0]) / upright)
+        lines = []
+        for along in ways:
+            places, here = self._safe_along(
+                place, self.camera.shot_spacing_m(range_m, self.side_overlap) * along
+            )
+            n = len(places)
+            shows = self._shows(coverage, left, places, np.full(n, yaw), np.full(n, pitch))
+            first, last = _showing(shows, here)
+            start, end = places[first], places[last]
+            if first == last:
+                sides = np.array([along, -along]) * SHORTEST_M
+                safe = self.solids.distance_m(np.array([start, start]), sides) >= self.room.clearance_m
+                if not safe.any():
+                    continue
+                end = start + sides[int(np.argmax(safe))]
+            lines.append(_Line(start, end, yaw, pitch, range_m, shows[first : last + 1].any(axis=0)))
+        return lines
+
+    def _safe_along(self, place_enu_m: FloatArray, step_m: FloatArray) -> tuple[FloatArray, int]:
+        """Places a step apart `(n, 3)` on the line through one, as far as it stays safe, and which of them that one is."""
+        places = place_enu_m + np.arange(-AWAY_N, AWAY_N + 1)[:, None] * step_m
+        safe = self.solids.distance_m(places[:-1], np.diff(places, axis=0)) >= self.room.clearance_m
+        before = int(np.argmin(np.append(safe[:AWAY_N][::-1], False)))
+        after = int(np.argmin(np.append(safe[AWAY_N:], False)))
+        return places[AWAY_N - before : AWAY_N + after + 1], before
 
     def _shows(
         self,

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.brief import budget_of, camera_of, demand_of, limits_of, pace_of, sharpness_of
+from mavspiral.brief import camera_of, demand_of, limits_of, pace_of, sharpness_of
 from mavspiral.errors import LimitError
 from mavspiral.fill_lines import WORTH_SHARE, Filler
 from mavspiral.mission import Mission
@@ -47,9 +48,14 @@ class Draft:
 
 
 def survey_of(
-    mission: Mission, site: Site, passes: tuple[Pass, ...], trajectory: Trajectory, patches: Patches
+    mission: Mission,
+    site: Site,
+    passes: tuple[Pass, ...],
+    trajectory: Trajectory,
+    patches: Patches,
+    best_pose: NDArray[np.int64] | None = None,
 ) -> tuple[Shots, Coverage]:
-    """The shots of a trajectory along these passes, and what they show."""
+    """The shots of a trajectory along these passes, and what they show of the patches, whose best poses may be known."""
     camera = camera_of(mission)
     shots = shots_of(
         trajectory,
@@ -57,7 +63,7 @@ def survey_of(
         standoffs_m=[part.standoff_m for part in passes],
         side_overlap=mission.inspection.side_overlap,
     )
-    return shots, measure_coverage(patches, shots, site, camera, demand_of(mission))
+    return shots, measure_coverage(patches, shots, site, camera, demand_of(mission), best_pose)
 
 
 def filled(draft: Draft, mission: Mission, site: Site, home_enu_m: FloatArray, ways: Ways) -> Draft:
@@ -66,18 +72,13 @@ def filled(draft: Draft, mission: Mission, site: Site, home_enu_m: FloatArray, w
     In the paper's mode, which is there for comparison, nothing is added.
     """
     limits, camera, asked = mission.limits, camera_of(mission), mission.inspection
-    required_m = budget_of(mission).required_m(limits.clearance_m)
-    safe = Room(required_m, limits.clearance_m, limits.ceiling_m)
-
-    def known(draft: Draft) -> Draft:
-        coverage = with_best_poses(draft.coverage, site, ways.solids, camera, safe, roofs=asked.roof)
-        return replace(draft, coverage=coverage)
-
-    draft = known(draft)
+    safe = Room(ways.clearance_m, limits.clearance_m, limits.ceiling_m)
+    coverage = with_best_poses(draft.coverage, site, ways.solids, camera, safe, roofs=asked.roof)
+    draft = replace(draft, coverage=coverage)
     if asked.mode == "paper":
         return draft
     wished = Room(
-        required_m + MARGIN_M + JOINABLE_M,
+        ways.clearance_m + MARGIN_M + JOINABLE_M,
         limits.clearance_m if asked.bottom_m is None else asked.bottom_m,
         limits.ceiling_m if asked.top_m is None else asked.top_m,
     )
@@ -99,12 +100,12 @@ def filled(draft: Draft, mission: Mission, site: Site, home_enu_m: FloatArray, w
             break
         more = _in_order((*draft.passes, *flown_in_order(lines, sharp_mps)), home_enu_m, filler)
         try:
-            with_lines = _drafted(mission, site, more, home_enu_m, ways, draft.coverage.patches)
+            with_lines = _drafted(mission, site, more, home_enu_m, ways, draft.coverage)
         except LimitError:  # no safe way joins them
             break
         if not with_lines.certificate.ok or _seen(with_lines) < _seen(draft) + WORTH_SHARE:
             break
-        draft = known(with_lines)
+        draft = with_lines
     return draft
 
 
@@ -114,19 +115,13 @@ def _drafted(
     passes: tuple[Pass, ...],
     home_enu_m: FloatArray,
     ways: Ways,
-    patches: Patches,
+    known: Coverage,
 ) -> Draft:
     tour = tour_of(passes, ways)
     trajectory = route_of(site, tour, home_enu_m, ways)
     clearance, certificate = proof_of(mission, site, trajectory, ways.clearance_m)
-    return Draft(
-        passes,
-        tour,
-        trajectory,
-        clearance,
-        certificate,
-        *survey_of(mission, site, passes, trajectory, patches),
-    )
+    survey = survey_of(mission, site, passes, trajectory, known.patches, known.best_pose)
+    return Draft(passes, tour, trajectory, clearance, certificate, *survey)
 
 
 def _in_order(passes: tuple[Pass, ...], home_enu_m: FloatArray, filler: Filler) -> tuple[Pass, ...]:

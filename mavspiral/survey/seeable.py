@@ -135,7 +135,7 @@ def _cast(
     live = np.flatnonzero(near_m <= far_m)
     came[live] = NO_ROOM
     start = patches.before_enu_m[patch[live]]
-    far_m = far_m[live] * free_share(scene.site, start, far_m[live, None] * way[live])
+    far_m = _before_what_ends_it_m(scene, start, way[live], far_m[live])
     at_m = _nearest_safe_m(scene.solids, start, way[live], near_m[live], far_m, room.clearance_m)
     safe = np.isfinite(at_m)
     live, place = live[safe], start[safe] + at_m[safe, None] * way[live[safe]]
@@ -200,6 +200,14 @@ def _allowed_m(start_m: FloatArray, rise: FloatArray, scene: _Scene) -> tuple[Fl
     rise = np.where(np.abs(rise) < 1e-9, 1e-9, rise)
     ends = np.stack([low_m / rise, high_m / rise])
     return np.maximum(ends.min(axis=0), 0.0), np.minimum(ends.max(axis=0), reach_m)
+
+
+def _before_what_ends_it_m(
+    scene: _Scene, start_enu_m: FloatArray, way: FloatArray, far_m: FloatArray
+) -> FloatArray:
+    """How far along each ray a place may keep the clearance, of what ends it too: the ray is followed as far as `far_m`."""
+    share = free_share(scene.site, start_enu_m, far_m[:, None] * way)
+    return np.where(share < 1.0, share * far_m - scene.room.clearance_m, far_m)
 
 
 def _nearest_safe_m(
