@@ -29,7 +29,7 @@ from mavspiral.transit import stopping_pace
 __all__ = ["WORTH_M2", "WORTH_SHARE", "Filler"]
 
 WORTH_M2 = 1.0
-WORTH_SHARE = 0.002
+WORTH_SHARE = 0.005
 """Of all walls, or of all roofs: what shows less, or less than `WORTH_M2`, is not flown."""
 LINES_MAX = 8
 LEFT_MAX = 1200
@@ -61,10 +61,12 @@ class _Line:
 class Filler:
     """What lines are made for: the site, the camera, where it may be, how fast, and for which walls or also roofs.
 
-    `sharp_mps` tells how fast what is so far away may pass through the picture.
+    `sharp_mps` tells how fast what is so far away may pass through the picture. Walls that stand on `closed` cells
+    `(rows, cols)` are left alone: courtyards that nobody asked for.
     """
 
     site: Site
+    closed: NDArray[np.bool_]
     solids: Solids
     camera: Camera
     room: Room
@@ -78,6 +80,9 @@ class Filler:
         """The lines for what this coverage leaves unseen; none where none is worth its flight."""
         patches = coverage.patches
         wanted = ~coverage.seen & (coverage.best_pose == SEEABLE) & (patches.is_wall | self.roofs)
+        row, col = np.moveaxis(self.site.heights.index(patches.before_enu_m), -1, 0)
+        rows, cols = self.closed.shape
+        wanted &= ~(patches.is_wall & self.closed[np.clip(row, 0, rows - 1), np.clip(col, 0, cols - 1)])
         left = np.flatnonzero(wanted)
         every = 1 + len(left) // LEFT_MAX
         left, worth = left[::every], np.zeros(len(patches))
@@ -137,7 +142,8 @@ class Filler:
                 if not safe.any():
                     continue
                 end = start + sides[int(np.argmax(safe))]
-            lines.append(_Line(start, end, yaw, pitch, range_m, shows[first : last + 1].any(axis=0)))
+            shown_by_it = np.asarray(shows[first : last + 1].any(axis=0))
+            lines.append(_Line(start, end, yaw, pitch, range_m, shown_by_it))
         return lines
 
     def _safe_along(self, place_enu_m: FloatArray, step_m: FloatArray) -> tuple[FloatArray, int]:

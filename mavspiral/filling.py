@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.brief import camera_of, demand_of, limits_of, pace_of, sharpness_of
+from mavspiral.brief import camera_of, demand_of, limits_of, pace_of, room_of, sharpness_of
 from mavspiral.errors import LimitError
 from mavspiral.fill_lines import WORTH_SHARE, Filler
 from mavspiral.mission import Mission
@@ -17,6 +17,7 @@ from mavspiral.order import quickest_order
 from mavspiral.passes import Pass, flown_in_order, tour_of
 from mavspiral.proof import proof_of
 from mavspiral.route import route_of
+from mavspiral.shape.courts import enclosed_ground
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey.certificate import Certificate
 from mavspiral.survey.clearance import Clearance
@@ -71,20 +72,21 @@ def filled(draft: Draft, mission: Mission, site: Site, home_enu_m: FloatArray, w
 
     In the paper's mode, which is there for comparison, nothing is added.
     """
-    limits, camera, asked = mission.limits, camera_of(mission), mission.inspection
-    safe = Room(ways.clearance_m, limits.clearance_m, limits.ceiling_m)
+    camera, asked = camera_of(mission), mission.inspection
+    safe = room_of(mission, ways.clearance_m)
     coverage = with_best_poses(draft.coverage, site, ways.solids, camera, safe, roofs=asked.roof)
     draft = replace(draft, coverage=coverage)
     if asked.mode == "paper":
         return draft
     wished = Room(
-        ways.clearance_m + MARGIN_M + JOINABLE_M,
-        limits.clearance_m if asked.bottom_m is None else asked.bottom_m,
-        limits.ceiling_m if asked.top_m is None else asked.top_m,
+        safe.clearance_m + MARGIN_M + JOINABLE_M,
+        safe.lowest_m if asked.bottom_m is None else asked.bottom_m,
+        safe.highest_m if asked.top_m is None else asked.top_m,
     )
     sharp_mps, pace = sharpness_of(mission, camera), pace_of(mission, camera, limits_of(mission))
     filler = Filler(
         site,
+        np.zeros_like(site.building) if asked.courtyards else enclosed_ground(site.building),
         ways.solids,
         camera,
         wished,

@@ -14,6 +14,7 @@ from mavspiral.brief import (
     limits_of,
     map_request,
     pace_of,
+    room_of,
     sharpness_of,
     with_keepouts,
 )
@@ -83,6 +84,7 @@ def plan(mission: Mission) -> Inspection:
         site,
         camera,
         narrow_m=2 * (mission.inspection.standoff_m + pace.speed_mps**2 / pace.acceleration_mps2),
+        room=room_of(mission, required_m),
         roofs=mission.inspection.roof,
     )
     watch.lap("coverage")

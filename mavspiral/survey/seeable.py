@@ -11,7 +11,7 @@ look: on a height map what is safe stays safe straight up, unless a ceiling is b
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +26,17 @@ from mavspiral.survey.solids import Solids
 
 __all__ = ["Glimpses", "Room", "glimpses_of", "with_best_poses"]
 
-STEP_RAD = math.radians(7.0)
-FIRST = 5
-"""One ray in so many goes out first; what these see needs no more."""
-NEARER_M = 0.03
+STEP_RAD = math.radians(5.0)
+SWEEPS = 16
+"""One ray in so many goes out at a time; what is seen by then needs no more."""
+POSES = 6
+"""One ray in so many is asked for a pose."""
+NEARER_M = 0.1
 """A search goes on by no less: a safe place may be missed by so much."""
 STEPS_MAX = 60
-ASKED_MAX = 600
+FARTHER = (0.0, 0.25, 0.6)
+"""Where the nearest safe pose does not see round a corner beside its patch, so far on to the end of the ray another may."""
+ASKED_MAX = 250
 """What more patches than this would tell is not worth their time; cubes grow by `GROWTH` until there are no more."""
 GROWTH = 1.3
 TILT = 1.1
@@ -77,16 +81,16 @@ def with_best_poses(
     Of more than `ASKED_MAX` patches, one in each cube answers for those on the same side in it.
     """
     patches = coverage.patches
-    index = np.flatnonzero(~coverage.seen & (patches.is_wall | roofs))
+    index = np.flatnonzero((coverage.views == 0) & (patches.is_wall | roofs))
     scene = _Scene(patches, site, solids, camera, coverage.demand, room)
     asked, group = _representatives(patches, index)
     fan = _fan(coverage.demand.incidence_max_rad)
     reached = np.full(len(asked), OUT_OF_BAND)
-    for rays in (fan[::FIRST], np.delete(fan, np.s_[::FIRST], axis=0)):
+    for first in range(SWEEPS):
         left = np.flatnonzero(reached != SEEABLE)
-        row, came, _ = _cast(scene, asked[left], rays)
+        row, came, _ = _cast(scene, asked[left], fan[first::SWEEPS])
         np.maximum.at(reached, left[row], came)
-    best_pose = np.full(len(patches), UNKNOWN)
+    best_pose = np.where(coverage.views > 0, SEEABLE, UNKNOWN)
     best_pose[index] = reached[group]
     return replace(coverage, best_pose=best_pose)
 
@@ -102,7 +106,7 @@ def glimpses_of(
 ) -> Glimpses:
     """For each of the patches `index` the nearest safe pose on each of the rays that see it."""
     scene = _Scene(patches, site, solids, camera, demand, room)
-    return _cast(scene, index, _fan(demand.incidence_max_rad)[::FIRST])[2]
+    return _cast(scene, index, _fan(demand.incidence_max_rad)[::POSES])[2]
 
 
 def _representatives(
@@ -130,27 +134,46 @@ def _cast(
     patch = index[row]
     way = _turned(patches.normal_enu[index], rays).reshape(-1, 3)
     came = np.full(len(row), OUT_OF_BAND)
-    near_m, far_m = _allowed_m(patches.before_enu_m[patch, 2], way[:, 2], scene)
+    near_m, far_m = _allowed_m(patches.centre_enu_m[patch, 2], way[:, 2], scene)
     far_m = np.where(_pointable(scene.camera, way), far_m, -1.0)
     live = np.flatnonzero(near_m <= far_m)
-    came[live] = NO_ROOM
-    start = patches.before_enu_m[patch[live]]
-    far_m = _before_what_ends_it_m(scene, start, way[live], far_m[live])
+    start = patches.centre_enu_m[patch[live]]
+    far_m, blocked = _unblocked_m(scene, patch[live], way[live], far_m[live])
+    came[live] = np.where(blocked, NO_ROOM, TOO_FAR)
     at_m = _nearest_safe_m(scene.solids, start, way[live], near_m[live], far_m, room.clearance_m)
     safe = np.isfinite(at_m)
-    live, place = live[safe], start[safe] + at_m[safe, None] * way[live[safe]]
+    live, start, at_m, far_m = live[safe], start[safe], at_m[safe], far_m[safe]
     came[live] = TOO_FAR
-    patch = patch[live]
-    aims = best_aims(
-        patches.centre_enu_m[patch], patches.normal_enu[patch], place, scene.camera, scene.demand
-    )
-    sees = shown(scene.site, patches.before_enu_m[patch], place, aims.gsd_m)
-    came[live[sees]] = SEEABLE
-    return (
-        row,
-        came,
-        Glimpses(patch[sees], place[sees], aims.yaw_enu_rad[sees], aims.pitch_rad[sees], aims.gsd_m[sees]),
-    )
+    found: list[Glimpses] = []
+    for share in FARTHER:
+        place = start + (at_m + share * (far_m - at_m))[:, None] * way[live]
+        aims = best_aims(
+            patches.centre_enu_m[patch[live]],
+            patches.normal_enu[patch[live]],
+            place,
+            scene.camera,
+            scene.demand,
+        )
+        sees = shown(scene.site, patches.before_enu_m[patch[live]], place, aims.gsd_m)
+        if share:
+            sees[sees] = scene.solids.distance_m(place[sees]) >= room.clearance_m
+        came[live[sees]] = SEEABLE
+        found.append(
+            Glimpses(
+                patch[live[sees]],
+                place[sees],
+                aims.yaw_enu_rad[sees],
+                aims.pitch_rad[sees],
+                aims.gsd_m[sees],
+            )
+        )
+        hidden = np.isfinite(aims.gsd_m) & ~sees
+        live, start, at_m, far_m = live[hidden], start[hidden], at_m[hidden], far_m[hidden]
+    return row, came, _joined(found)
+
+
+def _joined(found: list[Glimpses]) -> Glimpses:
+    return Glimpses(*(np.concatenate([getattr(each, f.name) for each in found]) for f in fields(Glimpses)))
 
 
 def _fan(incidence_max_rad: float) -> FloatArray:
@@ -202,12 +225,19 @@ def _allowed_m(start_m: FloatArray, rise: FloatArray, scene: _Scene) -> tuple[Fl
     return np.maximum(ends.min(axis=0), 0.0), np.minimum(ends.max(axis=0), reach_m)
 
 
-def _before_what_ends_it_m(
-    scene: _Scene, start_enu_m: FloatArray, way: FloatArray, far_m: FloatArray
-) -> FloatArray:
-    """How far along each ray a place may keep the clearance, of what ends it too: the ray is followed as far as `far_m`."""
-    share = free_share(scene.site, start_enu_m, far_m[:, None] * way)
-    return np.where(share < 1.0, share * far_m - scene.room.clearance_m, far_m)
+def _unblocked_m(
+    scene: _Scene, patch: NDArray[np.int64], way: FloatArray, far_m: FloatArray
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """How far along each ray a place may keep the clearance of what ends it, `far_m` at the most; and whether anything does.
+
+    Sight begins before the patch, up to a cell beside the ray.
+    """
+    before = scene.patches.before_enu_m[patch]
+    end = scene.patches.centre_enu_m[patch] + far_m[:, None] * way
+    share = free_share(scene.site, before, end - before)
+    room_m = scene.room.clearance_m - scene.solids.cell_m
+    blocked = share < 1.0
+    return np.where(blocked, share * far_m - room_m, far_m), blocked
 
 
 def _nearest_safe_m(
