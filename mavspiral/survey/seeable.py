@@ -138,8 +138,8 @@ def _cast(
     far_m = np.where(_pointable(scene.camera, way), far_m, -1.0)
     live = np.flatnonzero(near_m <= far_m)
     start = patches.centre_enu_m[patch[live]]
-    far_m, blocked = _unblocked_m(scene, patch[live], way[live], far_m[live])
-    came[live] = np.where(blocked, NO_ROOM, TOO_FAR)
+    far_m = _unblocked_m(scene, patch[live], way[live], far_m[live])
+    came[live] = NO_ROOM
     at_m = _nearest_safe_m(scene.solids, start, way[live], near_m[live], far_m, room.clearance_m)
     safe = np.isfinite(at_m)
     live, start, at_m, far_m = live[safe], start[safe], at_m[safe], far_m[safe]
@@ -212,7 +212,7 @@ def _pointable(camera: Camera, way: FloatArray) -> NDArray[np.bool_]:
 
 
 def _allowed_m(start_m: FloatArray, rise: FloatArray, scene: _Scene) -> tuple[FloatArray, FloatArray]:
-    """From where to where on each ray the height is allowed, and the pixel may be fine enough."""
+    """From where to where on each ray the height is allowed, and the pixel may be fine enough, or nothing safe."""
     low_m, high_m = scene.room.lowest_m - start_m, scene.room.highest_m - start_m
     pixel = min(
         side / (scene.camera.focal_length_m * px)
@@ -220,15 +220,14 @@ def _allowed_m(start_m: FloatArray, rise: FloatArray, scene: _Scene) -> tuple[Fl
     )
     half = [side / (2 * scene.camera.focal_length_m) for side in scene.camera.sensor_m]
     reach_m = scene.demand.gsd_max_m / pixel * (math.sqrt(1 + max(half) ** 2) + min(half) ** 2)
+    reach_m = max(reach_m, scene.room.clearance_m + scene.solids.cell_m)
     rise = np.where(np.abs(rise) < 1e-9, 1e-9, rise)
     ends = np.stack([low_m / rise, high_m / rise])
     return np.maximum(ends.min(axis=0), 0.0), np.minimum(ends.max(axis=0), reach_m)
 
 
-def _unblocked_m(
-    scene: _Scene, patch: NDArray[np.int64], way: FloatArray, far_m: FloatArray
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """How far along each ray a place may keep the clearance of what ends it, `far_m` at the most; and whether anything does.
+def _unblocked_m(scene: _Scene, patch: NDArray[np.int64], way: FloatArray, far_m: FloatArray) -> FloatArray:
+    """How far along each ray a place may keep the clearance of what ends it, `far_m` at the most.
 
     Sight begins before the patch, up to a cell beside the ray.
     """
@@ -236,8 +235,7 @@ def _unblocked_m(
     end = scene.patches.centre_enu_m[patch] + far_m[:, None] * way
     share = free_share(scene.site, before, end - before)
     room_m = scene.room.clearance_m - scene.solids.cell_m
-    blocked = share < 1.0
-    return np.where(blocked, share * far_m - room_m, far_m), blocked
+    return np.where(share < 1.0, share * far_m - room_m, far_m)
 
 
 def _nearest_safe_m(
