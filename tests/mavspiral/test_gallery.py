@@ -9,7 +9,7 @@ from mavspiral.survey.solids import Solids
 
 KINDS = {
     "podium": {"spiral": 3},
-    "patio": {"courtyard": 1, "spiral": 1, "fill": 2},
+    "patio": {"courtyard": 1, "spiral": 1, "fill": 1},
     "terrace": {"facade": 2, "fill": 1},
     "slab": {"facade": 1, "spiral": 1, "fill": 3},
 }
