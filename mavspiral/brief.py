@@ -19,6 +19,7 @@ from mavspiral.shape.readers import MapRequest
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.clearance import ClearanceBudget
 from mavspiral.survey.coverage import Demand
+from mavspiral.survey.seeable import Room
 from mavspiral.survey.solids import Solids
 
 __all__ = [
@@ -31,6 +32,7 @@ __all__ = [
     "limits_of",
     "map_request",
     "pace_of",
+    "room_of",
     "sharpness_of",
     "with_keepouts",
 ]
@@ -189,6 +191,11 @@ def band_m(mission: Mission, site: Site, camera: Camera) -> tuple[float, float]:
             f"Fix: ceiling_m ≥ {math.ceil(top_m)}, or [inspection] top_m = {mission.limits.ceiling_m:g}"
         )
     return bottom_m, top_m
+
+
+def room_of(mission: Mission, required_m: float) -> Room:
+    """Where a pose is safe: no lower than the clearance above ground, no higher than the ceiling."""
+    return Room(required_m, mission.limits.clearance_m, mission.limits.ceiling_m)
 
 
 def budget_of(mission: Mission) -> ClearanceBudget:

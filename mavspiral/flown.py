@@ -25,6 +25,10 @@ from mavspiral.survey.shots import Shots, shots_at
 __all__ = ["Flight", "LiveFlight", "log_along", "one_after_the_other", "pictures_along"]
 
 
+SEEN = ("walls", "walls_seeable", "walls_of_seeable", "roof", "roof_seeable", "roof_of_seeable")
+"""The figures of coverage that a flight's summary has."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Flight:
     """A simulated flight and what was measured on it, by truth; `trajectory` is the one from where it stood."""
@@ -114,7 +118,7 @@ class Flight:
                 "nees_mean": _rounded(_mean(self.nees)),
             },
             "clearance_min_m": _rounded(self.clearance_min_m),
-            "coverage": {kind: self.coverage.summary()[kind] for kind in ("walls", "roof")},
+            "coverage": {kind: self.coverage.summary()[kind] for kind in SEEN},
             "battery_used_pct": round(100.0 * self.battery_used, 1),
             "setpoints": {"sent": self.stream.sent_n, "rate_hz": round(self.stream.rate_hz, 2)},
             "events": [
@@ -228,9 +232,7 @@ class LiveFlight:
             "duration_s": round(self.duration_s, 2),
             "tracking": _spread(self.tracking_m),
             "clearance_min_m": _rounded(_quantile(self.clearance_m, 0.0)),
-            "coverage": {
-                kind: self.coverage.summary()[kind] if self.coverage else None for kind in ("walls", "roof")
-            },
+            "coverage": {kind: self.coverage.summary()[kind] if self.coverage else None for kind in SEEN},
             "inspected": {
                 "flights": self.flights_n,
                 "sorties_left": self.sorties_left_n,

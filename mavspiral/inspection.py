@@ -172,7 +172,12 @@ class Inspection:
     def coverage_from(self, shots: Shots) -> Coverage:
         """What other shots than the planned ones show of the building."""
         return measure_coverage(
-            self.coverage.patches, shots, self.site, camera_of(self.mission), self.coverage.demand
+            self.coverage.patches,
+            shots,
+            self.site,
+            camera_of(self.mission),
+            self.coverage.demand,
+            self.coverage.best_pose,
         )
 
     def way_home(self, start_enu_m: FloatArray, end_enu_m: FloatArray, yaw_enu_rad: float) -> Trajectory:

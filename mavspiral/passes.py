@@ -21,7 +21,7 @@ from mavspiral.transit import Look, Ways
 
 __all__ = ["Kind", "Pass", "Piece", "flown_in_order", "retimed", "tour_of"]
 
-Kind = Literal["spiral", "courtyard", "facade", "roof"]
+Kind = Literal["spiral", "courtyard", "facade", "roof", "fill"]
 LENGTH_SAMPLES = 20_000
 FINE_S = 0.002
 POINTED = 1.003
@@ -66,6 +66,11 @@ class Pass:
         return self.leg.path
 
     @property
+    def leg_name(self) -> str:
+        """What its leg is called, unless it is the only one."""
+        return _leg_name(self.name)
+
+    @property
     def entry(self) -> Look:
         """Where nose and camera point at its entry."""
         return Look.at(self.leg, 0.0)
@@ -92,7 +97,7 @@ def flown_in_order(
     lone = len(pieces) == 1
     passes = []
     for piece in pieces:
-        name = "inspection" if lone else f"inspection-{piece.name.replace(' ', '-')}"
+        name = "inspection" if lone else _leg_name(piece.name)
         fast_mps = sharp_mps(piece.standoff_m)
         sight = Sight(piece.standoff_m, fast_mps) if math.isfinite(fast_mps) else None
         law = _law(piece.kind, piece.path, piece.gaze, piece.gimbal_pitch, sight, piece.pace)
@@ -101,6 +106,10 @@ def flown_in_order(
             Pass(piece.name, piece.kind, piece.rings, piece.harmonics, piece.standoff_m, piece.pace, leg)
         )
     return tuple(passes)
+
+
+def _leg_name(piece: str) -> str:
+    return f"inspection-{piece.replace(' ', '-')}"
 
 
 def retimed(leg: Leg, whole: Pass) -> TimeLaw:

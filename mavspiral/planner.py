@@ -1,43 +1,36 @@
 """From a mission to a plan: the whole recipe is `plan`.
 
-map ─► outlines ─► spirals ─► time laws ─► trajectory ─► certificate ─► shots ─► coverage
+map ─► outlines ─► spirals ─► time laws ─► trajectory ─► certificate ─► shots ─► coverage ─► gaps filled
 """
 
 from __future__ import annotations
 
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 from mavspiral.brief import (
     budget_of,
     camera_of,
-    demand_of,
     home_enu_m,
     limits_of,
     map_request,
     pace_of,
+    room_of,
     sharpness_of,
     with_keepouts,
 )
 from mavspiral.errors import LimitError
+from mavspiral.filling import Draft, filled, survey_of
 from mavspiral.inspection import Inspection
 from mavspiral.mission import Mission
 from mavspiral.passes import flown_in_order, tour_of
 from mavspiral.pieces import pieces_of
-from mavspiral.proof import CLEARANCE_GRID_S, certificate_of, failures_of
+from mavspiral.proof import failures_of, proof_of
 from mavspiral.route import route_of, ways_of
 from mavspiral.shape.readers import read_site
-from mavspiral.survey.clearance import measure_clearance
-from mavspiral.survey.coverage import measure_coverage
 from mavspiral.survey.patches import patches_of
-from mavspiral.survey.shots import shots_of
 from mavspiral.survey.unseen import unseen_lines
-from mavspiral.transit import REACTION_S
 
 __all__ = ["plan"]
-
-GRID_S = 0.01
-"""Limits are judged on this grid."""
 
 
 def plan(mission: Mission) -> Inspection:
@@ -67,17 +60,7 @@ def plan(mission: Mission) -> Inspection:
     trajectory = route_of(site, tour, home, ways)
     watch.lap("transits")
 
-    with ThreadPoolExecutor(max_workers=1) as beside:  # both are kernels that run without the interpreter
-        measuring = beside.submit(
-            measure_clearance,
-            trajectory.sampled(CLEARANCE_GRID_S),
-            site,
-            reaction_s=REACTION_S,
-            braking_mps2=limits.acceleration_mps2,
-        )
-        states = trajectory.sampled(GRID_S)
-        clearance = measuring.result()
-    certificate = certificate_of(mission, trajectory, states, clearance, limits, required_m)
+    clearance, certificate = proof_of(mission, site, trajectory, required_m)
     watch.lap("certificate")
     if not certificate.ok:
         raise LimitError(
@@ -85,40 +68,38 @@ def plan(mission: Mission) -> Inspection:
             "Fix: another standoff_m, or another band (bottom_m, top_m) away from it"
         )
 
-    shots = shots_of(
-        trajectory,
-        camera,
-        standoffs_m=[part.standoff_m for part in passes],
-        side_overlap=mission.inspection.side_overlap,
-    )
-    coverage = measure_coverage(patches_of(site), shots, site, camera, demand_of(mission))
+    shots, coverage = survey_of(mission, site, passes, trajectory, patches_of(site))
     if coverage.walls == 0.0:
         raise LimitError(
             f"{mission.name}: no wall is seen within [quality] gsd_max_mm = {mission.quality.gsd_max_mm:g} and incidence_max_deg = "
             f"{mission.quality.incidence_max_deg:g}: a pixel is {1e3 * camera.gsd_m(mission.inspection.standoff_m):.1f} mm at standoff_m = "
             f"{mission.inspection.standoff_m:g}. Fix: a smaller standoff_m, a longer lens, or a larger gsd_max_mm"
         )
+    draft = filled(
+        Draft(passes, tour, trajectory, clearance, certificate, shots, coverage), mission, site, home, ways
+    )
     unseen = unseen_lines(
-        coverage,
-        shots,
+        draft.coverage,
+        draft.shots,
         site,
         camera,
         narrow_m=2 * (mission.inspection.standoff_m + pace.speed_mps**2 / pace.acceleration_mps2),
+        room=room_of(mission, required_m),
         roofs=mission.inspection.roof,
     )
     watch.lap("coverage")
     inspection = Inspection(
         mission,
         site,
-        passes,
-        tour,
+        draft.passes,
+        draft.tour,
         home,
-        trajectory,
-        clearance,
+        draft.trajectory,
+        draft.clearance,
         required_m,
-        certificate,
-        shots,
-        coverage,
+        draft.certificate,
+        draft.shots,
+        draft.coverage,
         (*mission.notices, *site_map.warnings, *found.told, *unseen),
         watch.laps_ms,
     )

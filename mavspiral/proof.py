@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 
-from mavspiral.brief import (
-    camera_of,
-)
+from mavspiral.brief import camera_of, limits_of
 from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.trajectory import Trajectory, TrajectoryState, during
@@ -20,13 +20,34 @@ from mavspiral.survey.certificate import (
     clearance_figures,
     motion_figures,
 )
-from mavspiral.survey.clearance import Clearance, run_on_m
+from mavspiral.survey.clearance import Clearance, measure_clearance, run_on_m
 from mavspiral.transit import REACTION_S
 
-__all__ = ["CLEARANCE_GRID_S", "certificate_of", "failures_of"]
+__all__ = ["CLEARANCE_GRID_S", "certificate_of", "failures_of", "proof_of"]
+
+GRID_S = 0.01
+"""Limits are judged on this grid."""
 
 CLEARANCE_GRID_S = 0.2
 """Clearance is that of the straight ways between places this far apart: at 5 m/s and 2 m/s² within 1 cm of the curve."""
+
+
+def proof_of(
+    mission: Mission, site: Site, trajectory: Trajectory, required_m: float
+) -> tuple[Clearance, Certificate]:
+    """The clearance all along a trajectory, and every limit of the mission against it."""
+    limits = limits_of(mission)
+    with ThreadPoolExecutor(max_workers=1) as beside:  # both are kernels that run without the interpreter
+        measuring = beside.submit(
+            measure_clearance,
+            trajectory.sampled(CLEARANCE_GRID_S),
+            site,
+            reaction_s=REACTION_S,
+            braking_mps2=limits.acceleration_mps2,
+        )
+        states = trajectory.sampled(GRID_S)
+        clearance = measuring.result()
+    return clearance, certificate_of(mission, trajectory, states, clearance, limits, required_m)
 
 
 def certificate_of(

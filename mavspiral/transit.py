@@ -28,6 +28,7 @@ __all__ = [
     "Ways",
     "judge_home",
     "safe_way",
+    "stopping_pace",
     "transit_legs",
 ]
 
@@ -171,12 +172,12 @@ def transit_legs(
         path = LinePath(start, end)
         gaze = TurnGaze(here.yaw_enu_rad, there.yaw_enu_rad)
         pitch = TurnGaze(here.gimbal_pitch_rad, there.gimbal_pitch_rad)
-        pace = _stopping_pace(solids, start, end, limits, radius_m)
+        pace = stopping_pace(solids, start, end, limits, radius_m)
         legs.append(Leg(f"{name}-{number + 1}", path, gaze, fastest_law(path, gaze, pace), pitch))
     return tuple(legs)
 
 
-def _stopping_pace(
+def stopping_pace(
     solids: Solids, start_m: FloatArray, end_m: FloatArray, limits: Limits, radius_m: float
 ) -> Limits:
     """The limits with a speed at which flying on for `REACTION_S` beyond the end touches nothing."""

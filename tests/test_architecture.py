@@ -17,12 +17,12 @@ closedloop live
 flown handover uploads
 progress recording
 show planner
-inspection
+inspection filling
 pieces route proof
 courtyards roofs
 spirals roof_ways
 facades
-candidate missed
+candidate missed fill_lines
 passes sorties
 order transit obstacle retreat
 brief

@@ -12,7 +12,7 @@ from mavspiral.arrays import FloatArray
 from mavspiral.shape.contour import Ring, corners_closed, iso_line
 from mavspiral.shape.slicing import SolidDistance
 
-__all__ = ["Court", "court_ring", "courts_of"]
+__all__ = ["Court", "court_ring", "courts_of", "enclosed_ground"]
 
 LEAST_WIDTH_M = 2.0
 """What is narrower is a shaft and not told of."""
@@ -51,6 +51,15 @@ def courts_of(solid: SolidDistance) -> tuple[Court, ...]:
                 )
             )
     return tuple(sorted(found, key=lambda court: -court.half_width_m))
+
+
+def enclosed_ground(building: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The cells `(rows, cols)` that are not the building's but enclosed by it."""
+    holes = _holes(np.pad(~building, 1, constant_values=True).astype(np.float32))
+    enclosed = np.zeros(np.add(building.shape, 2), dtype=np.bool_)
+    for hole in holes:
+        enclosed |= hole
+    return enclosed[1:-1, 1:-1]
 
 
 def court_ring(

@@ -30,7 +30,9 @@ def plan_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
         _budget(s["clearance_budget"]),
         ("photos", f"{s['photos']}", ""),
         ("walls seen", _share(s["coverage"]["walls"]), ""),
+        *_of_seeable(s, "walls"),
         *_roof(s),
+        *_of_seeable(s, "roof"),
         ("pixel on the wall, 95 %", _with_unit(s["coverage"]["gsd_p95_mm"], "mm"), ""),
         ("incidence, 95 %", _with_unit(s["coverage"]["incidence_p95_deg"], "°"), ""),
         ("planning", f"{s['planning_ms']['total']:.0f} ms", ""),
@@ -58,10 +60,12 @@ def flight_rows(s: dict[str, Any], mission: Mission) -> list[tuple[str, str, str
             _share(s["coverage"]["walls"]),
             "" if accept.coverage is None else f"≥ {_share(accept.coverage)}",
         ),
+        *_of_seeable(s, "walls"),
         *_roof(
             s,
             "" if accept.coverage is None or not mission.inspection.roof else f"≥ {_share(accept.coverage)}",
         ),
+        *_of_seeable(s, "roof"),
         ("battery used", f"{s['battery_used_pct']:.0f} %", ""),
         *_setpoints(s),
     ]
@@ -104,6 +108,15 @@ def _roof(s: dict[str, Any], asked: str = "") -> list[tuple[str, str, str]]:
     """The roofs' row, unless none of them is seen."""
     seen = s["coverage"]["roof"]
     return [("roofs seen", _share(seen), asked)] if seen else []
+
+
+def _of_seeable(s: dict[str, Any], kind: str) -> list[tuple[str, str, str]]:
+    """The row of what is seen of what any safe pose could see, where that is known and not all."""
+    share = s["coverage"][f"{kind}_of_seeable"]
+    if share is None:
+        return []
+    of = f"of {_share(s['coverage'][f'{kind}_seeable'])} that a safe pose could see"
+    return [(f"{'walls' if kind == 'walls' else 'roofs'} seen, of the seeable", _share(share), of)]
 
 
 def _share(value: float | None) -> str:

@@ -20,7 +20,21 @@ from mavspiral.survey.camera import Camera
 from mavspiral.survey.patches import Patches
 from mavspiral.survey.shots import Shots
 
-__all__ = ["Coverage", "Demand", "measure_coverage", "unseen_because"]
+__all__ = [
+    "NO_ROOM",
+    "OUT_OF_BAND",
+    "SEEABLE",
+    "TOO_FAR",
+    "UNKNOWN",
+    "Coverage",
+    "Demand",
+    "measure_coverage",
+    "unseen_because",
+]
+
+UNKNOWN, OUT_OF_BAND, NO_ROOM, TOO_FAR, SEEABLE = range(-1, 4)
+"""How near any safe pose comes to seeing a patch: not looked for; no pose's height is allowed; no place that it looks at
+is safe; some are, but none sees it well; it is seen from one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +51,7 @@ class Coverage:
     """What the shots show of the patches.
 
     For each patch: how many shots see it, the finest GSD of these, and the incidence of that shot; infinity and
-    NaN where there is none.
+    NaN where there is none. `best_pose` is how near any safe pose comes to seeing it, from `UNKNOWN` to `SEEABLE`.
     """
 
     patches: Patches
@@ -45,10 +59,12 @@ class Coverage:
     views: NDArray[np.int64]
     best_gsd_m: FloatArray
     incidence_rad: FloatArray
+    best_pose: NDArray[np.int64]
 
     def __post_init__(self) -> None:
-        """Locks the fields."""
-        for column in (self.views, self.best_gsd_m, self.incidence_rad):
+        """Locks the fields; what is seen can be seen."""
+        object.__setattr__(self, "best_pose", np.where(self.seen, SEEABLE, self.best_pose))
+        for column in (self.views, self.best_gsd_m, self.incidence_rad, self.best_pose):
             column.setflags(write=False)
 
     @property
@@ -59,12 +75,22 @@ class Coverage:
     @property
     def walls(self) -> float:
         """The share of the walls' area that is seen; NaN without walls."""
-        return self._share(self.patches.is_wall)
+        return self._share(self.patches.is_wall, self.seen)
 
     @property
     def roof(self) -> float:
         """The share of the roofs' area that is seen; NaN without roofs."""
-        return self._share(~self.patches.is_wall)
+        return self._share(~self.patches.is_wall, self.seen)
+
+    @property
+    def walls_seeable(self) -> float:
+        """The share of the walls' area that some safe pose could see; NaN without walls, or where that is not known."""
+        return self._seeable(self.patches.is_wall)
+
+    @property
+    def roof_seeable(self) -> float:
+        """The share of the roofs' area that some safe pose could see; NaN without roofs, or where that is not known."""
+        return self._seeable(~self.patches.is_wall)
 
     @property
     def gsd_p95_m(self) -> float:
@@ -77,10 +103,17 @@ class Coverage:
         return self._quantile(self.incidence_rad, 0.95)
 
     def summary(self) -> dict[str, float | None]:
-        """The figures as `--json` has them: shares, mm and degrees; None for what there is nothing of."""
+        """The figures as `--json` has them: shares, mm and degrees; None for what there is nothing of, or not known.
+
+        `…_seeable` is what some safe pose could see, of all; `…_of_seeable` what is seen, of that.
+        """
         figures = {
             "walls": (self.walls, 4),
+            "walls_seeable": (self.walls_seeable, 4),
+            "walls_of_seeable": (_ratio(self.walls, self.walls_seeable), 4),
             "roof": (self.roof, 4),
+            "roof_seeable": (self.roof_seeable, 4),
+            "roof_of_seeable": (_ratio(self.roof, self.roof_seeable), 4),
             "gsd_p95_mm": (1e3 * self.gsd_p95_m, 3),
             "incidence_p95_deg": (math.degrees(self.incidence_p95_rad), 2),
         }
@@ -89,9 +122,14 @@ class Coverage:
             for name, (value, digits) in figures.items()
         }
 
-    def _share(self, of: NDArray[np.bool_]) -> float:
+    def _share(self, of: NDArray[np.bool_], which: NDArray[np.bool_]) -> float:
         area_m2 = self.patches.area_m2[of]
-        return float(area_m2[self.seen[of]].sum() / area_m2.sum()) if len(area_m2) else math.nan
+        return float(area_m2[which[of]].sum() / area_m2.sum()) if len(area_m2) else math.nan
+
+    def _seeable(self, of: NDArray[np.bool_]) -> float:
+        if (self.best_pose[of] == UNKNOWN).any():
+            return math.nan
+        return self._share(of, self.best_pose == SEEABLE)
 
     def _quantile(self, values: FloatArray, share: float) -> float:
         """The quantile over the seen walls, by area."""
@@ -103,8 +141,19 @@ class Coverage:
         return float(values[here][order][np.searchsorted(area_m2, share * area_m2[-1])])
 
 
-def measure_coverage(patches: Patches, shots: Shots, site: Site, camera: Camera, demand: Demand) -> Coverage:
-    """What `shots` show of `patches`, with everything on the site in the way."""
+def _ratio(part: float, whole: float) -> float:
+    return part / whole if whole > 0.0 else math.nan
+
+
+def measure_coverage(
+    patches: Patches,
+    shots: Shots,
+    site: Site,
+    camera: Camera,
+    demand: Demand,
+    best_pose: NDArray[np.int64] | None = None,
+) -> Coverage:
+    """What `shots` show of `patches`, with everything on the site in the way; `best_pose` of each, where that is known."""
     heights, grid = _grid(site)
     views, best_gsd_m, cosine = sight.look(
         patches.centre_enu_m,
@@ -117,7 +166,8 @@ def measure_coverage(patches: Patches, shots: Shots, site: Site, camera: Camera,
         grid,
     )
     incidence_rad = np.where(views > 0, np.arccos(np.clip(cosine, 0.0, 1.0)), np.nan)
-    return Coverage(patches, demand, views, best_gsd_m, incidence_rad)
+    known = np.full(len(patches), UNKNOWN) if best_pose is None else best_pose
+    return Coverage(patches, demand, views, best_gsd_m, incidence_rad, known)
 
 
 def unseen_because(

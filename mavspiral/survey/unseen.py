@@ -11,8 +11,17 @@ from mavspiral.arrays import FloatArray
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey import sight
 from mavspiral.survey.camera import Camera
-from mavspiral.survey.coverage import Coverage, unseen_because
+from mavspiral.survey.coverage import (
+    NO_ROOM,
+    OUT_OF_BAND,
+    SEEABLE,
+    TOO_FAR,
+    UNKNOWN,
+    Coverage,
+    unseen_because,
+)
 from mavspiral.survey.patches import Patches
+from mavspiral.survey.seeable import Room
 from mavspiral.survey.shots import Shots
 
 __all__ = ["unseen_lines"]
@@ -22,6 +31,8 @@ SMALL_SHARE = 0.001
 """What is less of the walls than this is summed up in one line."""
 
 NARROW, TOO_FEW = 100, 101
+NO_POSE = 1000
+"""Beyond this, what hinders every safe pose, not a shot."""
 WORDS = {
     sight.OUT_OF_REACH: "too far: no shot comes within {reach:.0f} m",
     sight.BEHIND: "turned away from every shot near enough",
@@ -33,12 +44,18 @@ WORDS = {
     sight.OCCLUDED: "hidden behind something nearer to the camera",
     NARROW: "facing something {near:.0f} m away or more; turns at this speed only go in where it is {narrow:.0f} m",
     TOO_FEW: "seen by fewer than {views} shots",
+    NO_POSE
+    + OUT_OF_BAND: "out of the picture from every height that is safe, {lowest_safe:g} to {ceiling:g} m",
+    NO_POSE
+    + NO_ROOM: "facing something {near:.0f} m away or more; a drone needs {clearance:.1f} m of clearance on each side",
+    NO_POSE
+    + TOO_FAR: "from {clearance:.1f} m away or more at no more than {incidence:.0f}° from square no pixel is as fine as {gsd:.1f} mm",
 }
 POINTS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
 
 
 def unseen_lines(
-    coverage: Coverage, shots: Shots, site: Site, camera: Camera, *, narrow_m: float, roofs: bool
+    coverage: Coverage, shots: Shots, site: Site, camera: Camera, *, narrow_m: float, room: Room, roofs: bool
 ) -> tuple[str, ...]:
     """One line for each cause of unseen walls, the largest first: how much, why, which sides, between which heights.
 
@@ -48,6 +65,7 @@ def unseen_lines(
         site: what stands there.
         camera: the camera.
         narrow_m: the turns do not go in between walls that are nearer to each other than this.
+        room: where a pose is safe.
         roofs: whether unseen roofs are to be told of, too.
     """
     patches = coverage.patches
@@ -57,6 +75,8 @@ def unseen_lines(
     index, because, gaps_m = unseen_because(coverage, shots, site, camera, narrow_m)
     because = np.where(coverage.views[index] > 0, TOO_FEW, because)
     because = np.where((gaps_m < narrow_m) & (because != TOO_FEW), NARROW, because)
+    best_pose = coverage.best_pose[index]
+    because = np.where((best_pose != UNKNOWN) & (best_pose != SEEABLE), NO_POSE + best_pose, because)
     facts = {
         "reach": coverage.demand.gsd_max_m / camera.gsd_m(1.0),
         "lowest": float(shots.position_enu_m[:, 2].min(initial=math.inf)),
@@ -64,7 +84,9 @@ def unseen_lines(
         "incidence": math.degrees(coverage.demand.incidence_max_rad),
         "gsd": 1e3 * coverage.demand.gsd_max_m,
         "narrow": narrow_m,
-        "near": float(gaps_m[because == NARROW].min(initial=narrow_m)),
+        "clearance": room.clearance_m,
+        "lowest_safe": room.lowest_m,
+        "ceiling": room.highest_m,
         "views": coverage.demand.views_min,
     }
     lines: list[str] = []
@@ -78,12 +100,13 @@ def unseen_lines(
             if area_m2 < SMALL_SHARE * whole_m2:
                 rest_m2 += area_m2
                 continue
+            facts["near"] = float(gaps_m[because == reason].min())
             sides = _sides(patches, here) if what == "wall" else ""
             low, high = _heights_m(patches.centre_enu_m[here, 2], patches.height_m[here])
             told.append(
                 (
                     area_m2,
-                    f"unseen {what}: {_area(area_m2)} ({_share(area_m2 / whole_m2)}) {WORDS[int(reason)].format(**facts)}; "
+                    f"unseen {what}: {_area(area_m2)} ({_share(area_m2 / whole_m2)}) {_known(coverage, here)}{WORDS[int(reason)].format(**facts)}; "
                     f"{sides}{low:.1f} to {high:.1f} m up",
                 )
             )
@@ -95,6 +118,17 @@ def unseen_lines(
                 f"unseen {what}: {_area(rest_m2)} ({_share(rest_m2 / whole_m2)}) in scattered places"
             )
     return tuple(lines)
+
+
+def _known(coverage: Coverage, here: NDArray[np.int64]) -> str:
+    """Whether patches that are unseen for the same reason could be seen, where that is known."""
+    if coverage.best_pose[here[0]] == UNKNOWN:
+        return ""
+    return (
+        "seeable, not seen by this plan: "
+        if coverage.best_pose[here[0]] == SEEABLE
+        else "no safe pose sees it: "
+    )
 
 
 def _sides(patches: Patches, index: NDArray[np.int64]) -> str:

@@ -1,4 +1,8 @@
-"""Plans every mission in missions/ and draws them all on one picture: `python tests/bench/gallery.py [PNG]`."""
+"""Plans every mission in missions/, prints what each sees and keeps, and draws them: `python tests/bench/gallery.py [PNG]`.
+
+*of seeable*: of what any safe pose could see. *limits*: the worst of all limits on a 100 Hz grid against what is allowed, with
+its name; a minimum the other way round. *fills*: how many of the passes are lines that fill gaps.
+"""
 
 from __future__ import annotations
 
@@ -43,15 +47,41 @@ def draw(axes: Axes, inspection: Inspection) -> None:
     axes.set_axis_off()
 
 
+HEAD = (
+    f"{'':10}{'walls':>8}{'of seeable':>12}{'roofs':>8}{'of seeable':>12}{'clearance':>11}{'required':>10}"
+    f"{'limits':>8}  {'':18}{'duration':>9}{'parts':>7}{'fills':>7}"
+)
+
+
+def row(inspection: Inspection) -> str:
+    facts = inspection.summary()
+    seen = facts["coverage"]
+    worst, name = max(
+        (figure.allowed / figure.worst if figure.at_least else figure.worst / figure.allowed, figure.name)
+        for figure in inspection.certificate.figures
+    )
+    shares = [
+        "" if seen["roof_of_seeable"] is None and kind.startswith("roof") else f"{100 * seen[kind]:.2f} %"
+        for kind in ("walls", "walls_of_seeable", "roof", "roof_of_seeable")
+    ]
+    fills = sum(part.kind == "fill" for part in inspection.passes)
+    return (
+        f"{facts['name']:10}{shares[0]:>8}{shares[1]:>12}{shares[2]:>8}{shares[3]:>12}"
+        f"{facts['clearance_min_m']:9.2f} m{facts['clearance_required_m']:8.2f} m{worst:8.4f}  {name:18}"
+        f"{facts['duration_s']:7.0f} s{facts['parts']:7d}{fills:7d}"
+    )
+
+
 def main() -> None:
     target = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / ".github" / "gallery.png"
     inspections = [plan(load_mission(path)) for path in sorted((ROOT / "missions").glob("*.toml"))]
+    print(HEAD)
     rows = -(-len(inspections) // COLUMNS)
     figure = Figure(figsize=(COLUMNS * PANEL_IN[0], rows * PANEL_IN[1]), dpi=110, facecolor="white")
     FigureCanvasAgg(figure)
     for number, inspection in enumerate(inspections):
-        row, column = divmod(number, COLUMNS)
-        left, bottom = column / COLUMNS, 1.0 - (row + 1) / rows
+        down, across = divmod(number, COLUMNS)
+        left, bottom = across / COLUMNS, 1.0 - (down + 1) / rows
         draw(
             figure.add_axes((left + 0.008, bottom + 0.17 / rows, 1 / COLUMNS - 0.016, 0.81 / rows)),
             inspection,
@@ -61,7 +91,7 @@ def main() -> None:
         middle = left + 0.5 / COLUMNS
         figure.text(middle, bottom + 0.10 / rows, name, ha="center", fontsize=9, fontweight="bold", color=INK)
         figure.text(middle, bottom + 0.04 / rows, words, ha="center", fontsize=7.5, color="#5b6b7a")
-        print(f"{name:10} {words}")
+        print(row(inspection))
     figure.savefig(target)
     print(f"wrote {target}")
 

@@ -1,15 +1,17 @@
 """The gallery's buildings of several parts: what is planned for each, and that it is seen."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
 from mavspiral.survey.solids import Solids
 
 KINDS = {
-    "podium": ["spiral", "spiral", "spiral"],
-    "patio": ["courtyard", "spiral"],
-    "terrace": ["facade", "facade"],
-    "slab": ["facade", "spiral"],
+    "podium": {"spiral": 3},
+    "patio": {"courtyard": 1, "spiral": 1, "fill": 1},
+    "terrace": {"facade": 2, "fill": 1},
+    "slab": {"facade": 1, "spiral": 1, "fill": 3},
 }
 
 
@@ -17,8 +19,8 @@ KINDS = {
 def test_each_building_is_flown_in_its_pieces_and_seen_as_its_mission_asks(name, planned):
     inspection = planned(name)
     accept = inspection.mission.accept
-    assert sorted(part.kind for part in inspection.passes) == KINDS[name]
-    assert inspection.coverage.walls >= accept.coverage
+    assert Counter(part.kind for part in inspection.passes) == KINDS[name]
+    assert inspection.coverage.walls >= max(accept.coverage, 0.99 * inspection.coverage.walls_seeable)
     assert inspection.trajectory.duration_s < accept.duration_max_s
     place = inspection.trajectory.sampled(0.05).position_enu_m
     nearest_m = Solids.of_map(inspection.site.heights).distance_m(place).min()

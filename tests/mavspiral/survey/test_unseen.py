@@ -4,6 +4,7 @@ import numpy as np
 
 from mavspiral.survey.coverage import Demand, measure_coverage
 from mavspiral.survey.patches import patches_of
+from mavspiral.survey.seeable import Room
 from mavspiral.survey.unseen import unseen_lines
 
 HOUSE = [(20, 20, 40, 30, 10)]
@@ -12,7 +13,9 @@ HOUSE = [(20, 20, 40, 30, 10)]
 def lines(trial, camera, shots, demand, building=HOUSE, obstacles=(), narrow_m=5.0, roofs=False):
     site = trial.site_of(building, obstacles)
     coverage = measure_coverage(patches_of(site), shots, site, camera, demand)
-    return unseen_lines(coverage, shots, site, camera, narrow_m=narrow_m, roofs=roofs)
+    return unseen_lines(
+        coverage, shots, site, camera, narrow_m=narrow_m, room=Room(2.0, 2.0, 60.0), roofs=roofs
+    )
 
 
 def all_round(trial, z, away=8):

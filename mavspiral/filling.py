@@ -1,0 +1,144 @@
+"""A plan's gaps, filled: lines for what is unseen though some safe pose could see it, kept only if they help."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavspiral.arrays import FloatArray
+from mavspiral.brief import camera_of, demand_of, limits_of, pace_of, room_of, sharpness_of
+from mavspiral.errors import LimitError
+from mavspiral.fill_lines import WORTH_SHARE, Filler
+from mavspiral.mission import Mission
+from mavspiral.motion.trajectory import Leg, Trajectory
+from mavspiral.order import quickest_order
+from mavspiral.passes import Pass, flown_in_order, tour_of
+from mavspiral.proof import proof_of
+from mavspiral.route import route_of
+from mavspiral.shape.courts import enclosed_ground
+from mavspiral.shape.heightmap import Site
+from mavspiral.survey.certificate import Certificate
+from mavspiral.survey.clearance import Clearance
+from mavspiral.survey.coverage import Coverage, measure_coverage
+from mavspiral.survey.patches import Patches
+from mavspiral.survey.seeable import Room, with_best_poses
+from mavspiral.survey.shots import Shots, shots_of
+from mavspiral.transit import MARGIN_M, Ways
+
+__all__ = ["Draft", "filled", "survey_of"]
+
+ROUNDS = 2
+"""Lines are looked for, flown and measured so often at the most: a plan with gaps costs so many more proofs and surveys."""
+JOINABLE_M = 0.1
+"""A line keeps so much more than the clearance of the transits that join it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Draft:
+    """A plan so far: what is flown, and its proof."""
+
+    passes: tuple[Pass, ...]
+    tour: tuple[Leg, ...]
+    trajectory: Trajectory
+    clearance: Clearance
+    certificate: Certificate
+    shots: Shots
+    coverage: Coverage
+
+
+def survey_of(
+    mission: Mission,
+    site: Site,
+    passes: tuple[Pass, ...],
+    trajectory: Trajectory,
+    patches: Patches,
+    best_pose: NDArray[np.int64] | None = None,
+) -> tuple[Shots, Coverage]:
+    """The shots of a trajectory along these passes, and what they show of the patches, whose best poses may be known."""
+    camera = camera_of(mission)
+    shots = shots_of(
+        trajectory,
+        camera,
+        standoffs_m=[part.standoff_m for part in passes],
+        side_overlap=mission.inspection.side_overlap,
+    )
+    return shots, measure_coverage(patches, shots, site, camera, demand_of(mission), best_pose)
+
+
+def filled(draft: Draft, mission: Mission, site: Site, home_enu_m: FloatArray, ways: Ways) -> Draft:
+    """The draft with what any safe pose could see, and with a line for each gap that is worth one.
+
+    In the paper's mode, which is there for comparison, nothing is added.
+    """
+    camera, asked = camera_of(mission), mission.inspection
+    safe = room_of(mission, ways.clearance_m)
+    coverage = with_best_poses(draft.coverage, site, ways.solids, camera, safe, roofs=asked.roof)
+    draft = replace(draft, coverage=coverage)
+    if asked.mode == "paper":
+        return draft
+    wished = Room(
+        safe.clearance_m + MARGIN_M + JOINABLE_M,
+        safe.lowest_m if asked.bottom_m is None else asked.bottom_m,
+        safe.highest_m if asked.top_m is None else asked.top_m,
+    )
+    sharp_mps, pace = sharpness_of(mission, camera), pace_of(mission, camera, limits_of(mission))
+    filler = Filler(
+        site,
+        np.zeros_like(site.building) if asked.courtyards else enclosed_ground(site.building),
+        ways.solids,
+        camera,
+        wished,
+        pace,
+        sharp_mps,
+        asked.side_overlap,
+        mission.vehicle.radius_m,
+        asked.roof,
+    )
+    for _ in range(ROUNDS):
+        lines = filler.pieces(draft.coverage)
+        if not lines:
+            break
+        more = _in_order((*draft.passes, *flown_in_order(lines, sharp_mps)), home_enu_m, filler)
+        try:
+            with_lines = _drafted(mission, site, more, home_enu_m, ways, draft.coverage)
+        except LimitError:  # no safe way joins them
+            break
+        if not with_lines.certificate.ok or _seen(with_lines) < _seen(draft) + WORTH_SHARE:
+            break
+        draft = with_lines
+    return draft
+
+
+def _drafted(
+    mission: Mission,
+    site: Site,
+    passes: tuple[Pass, ...],
+    home_enu_m: FloatArray,
+    ways: Ways,
+    known: Coverage,
+) -> Draft:
+    tour = tour_of(passes, ways)
+    trajectory = route_of(site, tour, home_enu_m, ways)
+    clearance, certificate = proof_of(mission, site, trajectory, ways.clearance_m)
+    survey = survey_of(mission, site, passes, trajectory, known.patches, known.best_pose)
+    return Draft(passes, tour, trajectory, clearance, certificate, *survey)
+
+
+def _in_order(passes: tuple[Pass, ...], home_enu_m: FloatArray, filler: Filler) -> tuple[Pass, ...]:
+    """The passes in the quickest order, each with a leg of its own name."""
+    order = quickest_order(
+        np.array([part.path(0.0) for part in passes]),
+        np.array([part.path(part.path.u_end_rad) for part in passes]),
+        home_enu_m,
+        filler.pace,
+    )
+    named = [replace(part, leg=replace(part.leg, name=part.leg_name)) for part in passes]
+    return tuple(named[i] for i in order)
+
+
+def _seen(draft: Draft) -> float:
+    """The shares of walls and roofs that are seen, added up."""
+    shares = np.array([draft.coverage.walls, draft.coverage.roof])
+    return float(np.nansum(shares))
