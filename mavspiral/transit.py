@@ -172,7 +172,9 @@ def transit_legs(
         gaze = TurnGaze(here.yaw_enu_rad, there.yaw_enu_rad)
         pitch = TurnGaze(here.gimbal_pitch_rad, there.gimbal_pitch_rad)
         pace = _stopping_pace(solids, start, end, limits, radius_m)
-        legs.append(Leg(f"{name}-{number + 1}", path, gaze, fastest_law(path, gaze, pace), pitch))
+        legs.append(
+            Leg(f"{name}-{number + 1}", path, gaze, fastest_law(path, gaze, pace, pitch=pitch), pitch)
+        )
     return tuple(legs)
 
 
