@@ -53,7 +53,7 @@ def test_between_the_samples_nothing_is_missed_where_splines_have_their_kinks(se
 def test_a_law_keeps_its_limits_where_splines_have_their_kinks_and_uses_them(seed, limits):
     path, gaze = zigzag(seed)
     worst = factor(path, gaze, fastest_law(path, gaze, limits), limits, 2e-4)
-    assert 0.9999 < worst <= 1.0
+    assert 0.9995 < worst <= 1.0
 
 
 def test_a_gimbal_that_tilts_on_a_short_way_takes_its_time(limits):
@@ -67,9 +67,9 @@ def test_a_gimbal_that_tilts_on_a_short_way_takes_its_time(limits):
 
 def test_sharp_pictures_are_measured_too(limits):
     path, gaze = zigzag(1)
-    sight = Sight(8.0, 0.7)
+    sight = Sight(8.0, 0.4)
     law = fastest_law(path, gaze, limits, sight=sight)
     state = Trajectory((Leg("leg", path, gaze, law),)).sampled(0.001)
     yaw = np.stack([state.yaw_enu_rad, state.yaw_rate_enu_radps])
     passing = sight.passing(state.velocity_enu_mps, yaw, np.zeros_like(yaw))
-    assert 0.999 < passing.max() / sight.speed_mps <= 1.0
+    assert 0.98 < passing.max() / sight.speed_mps <= 1.0
