@@ -36,6 +36,7 @@ MARGIN_M = 0.5
 """Ways are this much farther from everything than must be, for what flying leaves of a plan."""
 
 SHORTEST_M = 0.05
+NOTHING_M = 1e-7
 TURNING_M = 1.0
 REACTION_S = 1.0
 """PX4 notices after COM_OF_LOSS_T = 1 s that setpoints have ceased, and flies on until then."""
@@ -195,7 +196,14 @@ def _stopping_pace(
 
 
 def _sides(way_enu_m: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    return [(a, b) for a, b in itertools.pairwise(way_enu_m) if np.sqrt(((b - a) ** 2).sum()) > SHORTEST_M]
+    """The sides of a way, without the corners that are hardly any way from the one before or from the end."""
+    corners = [way_enu_m[0]]
+    for corner in way_enu_m[1:-1]:
+        if min(np.linalg.norm(corner - corners[-1]), np.linalg.norm(corner - way_enu_m[-1])) > SHORTEST_M:
+            corners.append(corner)
+    return [
+        (a, b) for a, b in itertools.pairwise([*corners, way_enu_m[-1]]) if np.linalg.norm(b - a) > NOTHING_M
+    ]
 
 
 def judge_home(heights: HeightMap, solids: Solids, home_enu_m: FloatArray, clearance_m: float) -> None:
