@@ -169,6 +169,16 @@ def test_a_narrow_court_behind_a_gate_is_told_of(tmp_path):
     assert "lat 40.05" in line and "m wide, 10.8 m are needed" in line
 
 
+def test_a_spiral_that_comes_too_near_is_refused_with_its_place_and_what_may_help(tmp_path, monkeypatch):
+    monkeypatch.setattr("mavspiral.curve.spiral.harmonics_needed", lambda *_args, **_numbers: 1)
+    monkeypatch.setattr("mavspiral.curve.spiral.ATTEMPTS", 1)
+    with pytest.raises(
+        LimitError,
+        match=r"lat 40\.05.*, lon -1\.9.*, [\d.]+ m up, and 6\.70 m.*Fix: a lower \[limits\] speed",
+    ):
+        block_with_court(tmp_path, 9.0)
+
+
 def test_a_home_without_room_is_told_of_a_place_that_has_it(tmp_path):
     block_with_court(tmp_path, 9.0)
     text = (tmp_path / "random.toml").read_text()
