@@ -1,4 +1,7 @@
-"""The spirals inside courtyards, and which courtyards are too narrow for one."""
+"""The spirals inside courtyards, and which courtyards are too narrow for one.
+
+A court behind a gate that no turn can pass is one too: it is entered from above.
+"""
 
 from __future__ import annotations
 
@@ -21,6 +24,8 @@ __all__ = ["courtyards_of"]
 
 ROOM_M = 1.5
 """Half the width of a turn in the narrowest court that is flown."""
+GATE_M = 1.5
+"""Half the width of a gate that is shut for any drone, however narrow the court behind it."""
 ROUNDING = 0.7
 """Of half the width of a turn, the radius of its corners at the most."""
 FREE_SAMPLES = 2_000
@@ -33,8 +38,9 @@ def courtyards_of(setting: Setting) -> tuple[list[Candidate], tuple[str, ...]]:
     """
     found: list[Candidate] = []
     told: list[str] = []
-    for court in courts_of(setting.solid):
-        least_m = setting.joinable_m + TOLERANCE_M
+    least_m = setting.joinable_m + TOLERANCE_M
+    shut_m = tuple(gate_m for gate_m in (GATE_M, least_m, setting.standoff_m) if gate_m <= setting.standoff_m)
+    for court in courts_of(setting.solid, shut_m=shut_m, room_m=ROOM_M):
         standoff_m = min(setting.standoff_m, court.half_width_m - ROOM_M)
         if standoff_m < least_m:
             told.append(_too_narrow(setting, court, 2.0 * (least_m + ROOM_M)))

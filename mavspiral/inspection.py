@@ -143,7 +143,7 @@ class Inspection:
         for whole in self.passes:
             if whole.leg.name == leg.name:
                 return retimed(leg, whole)
-        return fastest_law(leg.path, leg.gaze, limits_of(self.mission))
+        return fastest_law(leg.path, leg.gaze, limits_of(self.mission), pitch=leg.gimbal_pitch)
 
     def flown_by(self, autopilot: Literal["px4", "ardupilot"]) -> Inspection:
         """The same inspection for a vehicle of that autopilot."""

@@ -15,19 +15,14 @@ from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.sight import Sight
 from mavspiral.motion.timing import fastest_law
-from mavspiral.motion.trajectory import LEVEL, Leg, Trajectory
-from mavspiral.motion.turn import Gaze
+from mavspiral.motion.trajectory import Leg
+from mavspiral.motion.turn import LEVEL, Gaze
 from mavspiral.transit import Look, Ways
 
 __all__ = ["Kind", "Pass", "Piece", "flown_in_order", "retimed", "tour_of"]
 
 Kind = Literal["spiral", "courtyard", "facade", "roof", "fill"]
 LENGTH_SAMPLES = 20_000
-FINE_S = 0.002
-POINTED = 1.003
-"""What a point may stand out above the samples beside it."""
-ROOF_SLACK = 1.001
-"""Of 120 roofs at random two asked for more jerk than allowed, by 0.14 % at the most: 0.05 % of time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +95,7 @@ def flown_in_order(
         name = "inspection" if lone else _leg_name(piece.name)
         fast_mps = sharp_mps(piece.standoff_m)
         sight = Sight(piece.standoff_m, fast_mps) if math.isfinite(fast_mps) else None
-        law = _law(piece.kind, piece.path, piece.gaze, piece.gimbal_pitch, sight, piece.pace)
+        law = fastest_law(piece.path, piece.gaze, piece.pace, sight=sight, pitch=piece.gimbal_pitch)
         leg = Leg(name, piece.path, piece.gaze, law, piece.gimbal_pitch, sight)
         passes.append(
             Pass(piece.name, piece.kind, piece.rings, piece.harmonics, piece.standoff_m, piece.pace, leg)
@@ -114,35 +109,7 @@ def _leg_name(piece: str) -> str:
 
 def retimed(leg: Leg, whole: Pass) -> TimeLaw:
     """The law of a part of a pass's leg, from rest to rest."""
-    return _law(whole.kind, leg.path, leg.gaze, leg.gimbal_pitch, leg.sight, whole.pace)
-
-
-def _law(kind: Kind, path: Path, gaze: Gaze, pitch: Gaze, sight: Sight | None, pace: Limits) -> TimeLaw:
-    """The time law of a pass. A façade's third derivative has a point at every place: it is looked at between them.
-
-    Above a roof, whose heights bend within a few metres, what a law overlooks between its rows is added.
-    """
-    law = fastest_law(path, gaze, pace, sight=sight, pitch=pitch)
-    if kind == "roof":
-        return law.stretched(ROOF_SLACK)
-    if kind != "facade":
-        return law
-    states = Trajectory((Leg(kind, path, gaze, law, pitch),))(np.arange(0.0, law.duration_s, FINE_S))
-    norms = [
-        float(np.sqrt((vectors**2).sum(axis=1).max()))
-        for vectors in (states.velocity_enu_mps, states.acceleration_enu_mps2, states.jerk_enu_mps3)
-    ]
-    limits = (pace.speed_mps, pace.acceleration_mps2, pace.jerk_mps3)
-    slower = max(
-        (norm / limit) ** (1.0 / order)
-        for order, (norm, limit) in enumerate(zip(norms, limits, strict=True), 1)
-    )
-    if sight is not None:
-        yaw = np.stack([states.yaw_enu_rad, states.yaw_rate_enu_radps])
-        tilt = np.stack([states.gimbal_pitch_rad, np.gradient(states.gimbal_pitch_rad, FINE_S)])
-        passing_mps = sight.passing(states.velocity_enu_mps, yaw, tilt)
-        slower = max(slower, float(passing_mps.max()) / sight.speed_mps)
-    return law.stretched(max(1.0, slower * POINTED))
+    return fastest_law(leg.path, leg.gaze, whole.pace, sight=leg.sight, pitch=leg.gimbal_pitch)
 
 
 def tour_of(passes: Sequence[Pass], ways: Ways) -> tuple[Leg, ...]:

@@ -18,6 +18,7 @@ from mavspiral.survey.certificate import (
     blur_figure,
     ceiling_figure,
     clearance_figures,
+    gimbal_figure,
     motion_figures,
 )
 from mavspiral.survey.clearance import Clearance, measure_clearance, run_on_m
@@ -69,6 +70,7 @@ def certificate_of(
         (
             *motion_figures(states, limits),
             max(blurs, key=lambda figure: figure.worst),
+            gimbal_figure(states),
             *clearance_figures(clearance, required_m=required_m, vehicle_radius_m=mission.vehicle.radius_m),
             ceiling_figure(states, mission.limits.ceiling_m),
         )

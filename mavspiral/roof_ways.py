@@ -39,6 +39,8 @@ RISE_MIN = 0.1
 """A roof that rises less to its middle is looked at from straight above."""
 SLACK_M = 0.5
 """A ring beside a wall keeps this much more than must be: for the truncated series and for what flying leaves of it."""
+THIN_M = 1.0
+"""A ring no wider than this, both its sides taken together, is flown as the line that it nearly is."""
 SAMPLE_M = 0.6
 SHOWN = 0.52
 """Of a picture's height: what is no farther from the way in plan is shown by it."""
@@ -200,8 +202,8 @@ def _spiral(
     start_enu_m: FloatArray,
     outward_m: float,
     encircled: bool,
-) -> RoofPath | None:
-    """The spiral above a part of a roof; None where there is no room for one, or only high above."""
+) -> RoofPath | LinePath | None:
+    """The spiral above a part of a roof, a line where its only ring is one; None where there is no room for either, or only high above."""
     insets = insets_of(
         grid,
         part,
@@ -215,6 +217,8 @@ def _spiral(
     )
     if insets is None:
         return None
+    if not insets.turns and (ends := _ends_of_thin(insets.rings[0].points_enu_m)) is not None:
+        return _straight(grid, standoff, look, *ends, start_enu_m)
     path = roof_spiral(grid, insets, standoff, start_enu_m=start_enu_m)
     while path is None and insets.turns:
         insets = insets.shortened()
@@ -242,9 +246,33 @@ def _line(
     centre = (
         middle + 0.5 * (along.min() + along.max()) * axes[0] + 0.5 * (across.min() + across.max()) * axes[1]
     )
-    ends = [centre + half_m * axes[0], centre - half_m * axes[0]]
+    return _straight(grid, standoff, look, centre + half_m * axes[0], centre - half_m * axes[0], start_enu_m)
+
+
+def _ends_of_thin(ring_enu_m: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """The two far ends of a ring so thin that both its sides see the same; None of any other."""
+    x, y = (ring_enu_m - ring_enu_m[0]).T
+    along_m = float(np.hypot(*(np.roll(ring_enu_m, -1, axis=0) - ring_enu_m).T).sum())
+    width_m = abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))) / along_m
+    if width_m > THIN_M:
+        return None
+    one = ring_enu_m[int(np.argmax(np.hypot(*(ring_enu_m - ring_enu_m.mean(axis=0)).T)))]
+    other = ring_enu_m[int(np.argmax(np.hypot(*(ring_enu_m - one).T)))]
+    return (one, other) if np.hypot(*(one - other)) > THIN_M else None
+
+
+def _straight(
+    grid: RoofGrid,
+    standoff: Standoff,
+    look: RoofLook,
+    one_enu_m: FloatArray,
+    other_enu_m: FloatArray,
+    start_enu_m: FloatArray,
+) -> LinePath | None:
+    """The level line between two places `(2,)`, begun at the one nearer to the start; None if it would be high above."""
+    ends = [one_enu_m, other_enu_m]
     ends.sort(key=lambda end: float(np.hypot(*(end - start_enu_m))))
-    share = np.linspace(0.0, 1.0, 2 + int(length_m / grid.cell_m))[:, None]
+    share = np.linspace(0.0, 1.0, 2 + int(np.hypot(*(ends[1] - ends[0])) / grid.cell_m))[:, None]
     height_m = float(standoff.heights_m(grid, ends[0] + share * (ends[1] - ends[0])).max())
     if height_m > standoff.high_m + HIGHEST * look.standoff_m:
         return None

@@ -10,7 +10,7 @@ from mavspiral.arrays import FloatArray
 from mavspiral.brief import band_m
 from mavspiral.candidate import Candidate, Setting
 from mavspiral.curve.gaze import inward_gaze
-from mavspiral.curve.spiral import TOLERANCE_M, plan_spiral
+from mavspiral.curve.spiral import TOLERANCE_M, TooNearError, plan_spiral
 from mavspiral.errors import LimitError
 from mavspiral.facades import facades_of, hemmed_in
 from mavspiral.passes import Piece
@@ -98,19 +98,31 @@ def _piece(setting: Setting, band: _Band, name: str, start_enu_m: FloatArray) ->
     solid = setting.solid
     if band.part.parent is not None:
         solid = replace(solid, roof_ratio=standoff_m / over_roofs_m)
-    path = plan_spiral(
-        solid,
-        band.part,
-        standoff_m=standoff_m,
-        rise_m=setting.rise_m(standoff_m),
-        bottom_m=band.bottom_m,
-        top_m=band.top_m,
-        clearance_m=setting.mission.limits.clearance_m,
-        corner_radius_m=setting.corner_radius_m,
-        start_enu_m=start_enu_m[:2],
-    ).path
+    try:
+        path = plan_spiral(
+            solid,
+            band.part,
+            standoff_m=standoff_m,
+            rise_m=setting.rise_m(standoff_m),
+            bottom_m=band.bottom_m,
+            top_m=band.top_m,
+            clearance_m=setting.mission.limits.clearance_m,
+            corner_radius_m=setting.corner_radius_m,
+            start_enu_m=start_enu_m[:2],
+        ).path
+    except TooNearError as error:
+        raise LimitError(_too_near(setting, error)) from error
     gaze = inward_gaze(path, smoothing_m=pace.speed_mps)
     return Piece(name, "spiral", path, gaze, path.rings, path.harmonics, standoff_m, pace)
+
+
+def _too_near(setting: Setting, error: TooNearError) -> str:
+    place = setting.site.heights.frame.geo_point(error.place_enu_m)
+    return (
+        f"the spiral comes within {error.nearest_m:.2f} m of the building at lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, "
+        f"{error.place_enu_m[2]:.1f} m up, and {error.required_m:.2f} m are wanted at standoff_m = {setting.standoff_m:g}. "
+        f"Fix: a lower [limits] speed_mps (now {setting.pace.speed_mps:.3g}), whose turns are tighter, or a larger standoff_m"
+    )
 
 
 def _bands(setting: Setting) -> tuple[list[_Band], tuple[str, ...]]:

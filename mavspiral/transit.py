@@ -37,12 +37,16 @@ MARGIN_M = 0.5
 """Ways are this much farther from everything than must be, for what flying leaves of a plan."""
 
 SHORTEST_M = 0.05
+NOTHING_M = 1e-7
 TURNING_M = 1.0
 REACTION_S = 1.0
 """PX4 notices after COM_OF_LOSS_T = 1 s that setpoints have ceased, and flies on until then."""
 STOPPING_MARGIN_M = 0.3
 BEYOND_SAMPLES = 32
 SLOWEST_MPS = 0.5
+SEARCHED_M = 100.0
+HOME_SPARE_M = 0.1
+"""So far around a home that is too near to something another is looked for, with so much more than its ways keep."""
 
 
 class Look(NamedTuple):
@@ -173,7 +177,9 @@ def transit_legs(
         gaze = TurnGaze(here.yaw_enu_rad, there.yaw_enu_rad)
         pitch = TurnGaze(here.gimbal_pitch_rad, there.gimbal_pitch_rad)
         pace = stopping_pace(solids, start, end, limits, radius_m)
-        legs.append(Leg(f"{name}-{number + 1}", path, gaze, fastest_law(path, gaze, pace), pitch))
+        legs.append(
+            Leg(f"{name}-{number + 1}", path, gaze, fastest_law(path, gaze, pace, pitch=pitch), pitch)
+        )
     return tuple(legs)
 
 
@@ -191,7 +197,14 @@ def stopping_pace(
 
 
 def _sides(way_enu_m: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    return [(a, b) for a, b in itertools.pairwise(way_enu_m) if np.sqrt(((b - a) ** 2).sum()) > SHORTEST_M]
+    """The sides of a way, without the corners that are hardly any way from the one before or from the end."""
+    corners = [way_enu_m[0]]
+    for corner in way_enu_m[1:-1]:
+        if min(np.linalg.norm(corner - corners[-1]), np.linalg.norm(corner - way_enu_m[-1])) > SHORTEST_M:
+            corners.append(corner)
+    return [
+        (a, b) for a, b in itertools.pairwise([*corners, way_enu_m[-1]]) if np.linalg.norm(b - a) > NOTHING_M
+    ]
 
 
 def judge_home(heights: HeightMap, solids: Solids, home_enu_m: FloatArray, clearance_m: float) -> None:
@@ -205,7 +218,7 @@ def judge_home(heights: HeightMap, solids: Solids, home_enu_m: FloatArray, clear
     standing_m = float(heights.sample(home_enu_m))
     if standing_m > max(0.5, home_enu_m[2] + 0.5):
         raise InputError(
-            f"{where} at {home_enu_m[2] + 0.0:.1f} m above ground is inside something {standing_m:.1f} m high. "
+            f"{where}, {_height_words(home_enu_m[2])}, is inside something {standing_m:.1f} m high. "
             f"Fix: move it out, or home_height_m = {standing_m:.1f} to start from that roof"
         )
     on_a_roof = standing_m > 0.5
@@ -213,5 +226,26 @@ def judge_home(heights: HeightMap, solids: Solids, home_enu_m: FloatArray, clear
     if not on_a_roof and distance_m < clearance_m:
         raise InputError(
             f"{where} is {distance_m:.1f} m from the nearest wall, {clearance_m:.1f} m of clearance are required. "
-            f"Fix: move it {clearance_m - distance_m:.1f} m away"
+            f"Fix: {_free_place(heights.frame, solids, home_enu_m, clearance_m)}"
         )
+
+
+def _height_words(up_m: float) -> str:
+    side = "below the building's" if up_m < -0.05 else "above"
+    return f"{abs(up_m):.1f} m {side} ground"
+
+
+def _free_place(frame: LocalFrame, solids: Solids, home_enu_m: FloatArray, clearance_m: float) -> str:
+    """In words: the nearest place at that height that keeps the clearance; where there is none, what there is."""
+    away_m, azimuth = np.meshgrid(np.arange(0.5, SEARCHED_M, 0.5), np.radians(np.arange(0.0, 360.0, 5.0)))
+    around_m = np.stack([away_m * np.sin(azimuth), away_m * np.cos(azimuth), 0.0 * away_m], axis=-1)
+    places = home_enu_m + around_m.reshape(-1, 3)
+    free_m = solids.distance_m(places)
+    fits = np.flatnonzero(free_m >= clearance_m + MARGIN_M + HOME_SPARE_M)
+    if not fits.size:
+        return (
+            f"a required clearance of {float(free_m.max()):.1f} m: no place within {SEARCHED_M:g} m has more"
+        )
+    nearest = places[fits[np.argmin(away_m.ravel()[fits])]]
+    place, moved_m = frame.geo_point(nearest), float(np.hypot(*(nearest - home_enu_m)[:2]))
+    return f"home = [{place.lat_deg:.6f}, {place.lon_deg:.6f}], {moved_m:.1f} m away, is the nearest place that has it"

@@ -18,14 +18,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.curve.gaze import box_average
+from mavspiral.curve.gaze import GIMBAL_RADPS, box_average
 from mavspiral.curve.profile import Profile
 from mavspiral.shape.roofs import RoofGrid
 
-__all__ = ["GIMBAL_RADPS", "Belonging", "roof_gaze"]
-
-GIMBAL_RADPS = math.radians(30.0)
-"""What every gimbal in use follows; they are made for 90°/s and more."""
+__all__ = ["Belonging", "roof_gaze"]
 
 KNOT_M = 2.0
 WINDOW_M = 4.0

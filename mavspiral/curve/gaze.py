@@ -8,6 +8,7 @@ cubic B-spline, C².
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,10 @@ from numpy.typing import ArrayLike
 from mavspiral.arrays import FloatArray, locked
 from mavspiral.curve import Path
 
-__all__ = ["YawSpline", "box_average", "inward_gaze"]
+__all__ = ["GIMBAL_RADPS", "YawSpline", "box_average", "inward_gaze"]
+
+GIMBAL_RADPS = math.radians(30.0)
+"""What every gimbal in use follows; they are made for 90°/s and more."""
 
 SAMPLES_PER_TURN = 256
 

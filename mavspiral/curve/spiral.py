@@ -23,7 +23,16 @@ from mavspiral.errors import InputError, LimitError
 from mavspiral.shape.parts import Part
 from mavspiral.shape.slicing import SolidDistance
 
-__all__ = ["ATTEMPTS", "FIT_M", "TOLERANCE_M", "Spiral", "SpiralPath", "nearest", "plan_spiral"]
+__all__ = [
+    "ATTEMPTS",
+    "FIT_M",
+    "TOLERANCE_M",
+    "Spiral",
+    "SpiralPath",
+    "TooNearError",
+    "nearest",
+    "plan_spiral",
+]
 
 FAR_EAST = np.array([1e6, 0.0])
 TOLERANCE_M = 0.3
@@ -91,6 +100,17 @@ class SpiralPath:
         return jet.reshape(4, *u.shape, 3)
 
 
+class TooNearError(LimitError):
+    """No spiral keeps its distance: the place `(3,)` where the last one came nearest, how near, and what was wanted."""
+
+    def __init__(self, place_enu_m: FloatArray, nearest_m: float, required_m: float) -> None:
+        self.place_enu_m, self.nearest_m, self.required_m = place_enu_m, nearest_m, required_m
+        super().__init__(
+            f"the spiral comes within {nearest_m:.2f} m of the building at "
+            f"{np.array2string(place_enu_m, precision=1)} ENU, wanted {required_m:.2f} m"
+        )
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Spiral:
     """A planned spiral, and the least distance to the building along it."""
@@ -130,7 +150,7 @@ def plan_spiral(
 
     Raises:
         InputError: the numbers contradict each other.
-        LimitError: the curve cannot keep the clearance.
+        TooNearError: the curve cannot keep the clearance.
     """
     if not 0.0 < clearance_m <= standoff_m:
         raise InputError(
@@ -156,11 +176,7 @@ def plan_spiral(
             return Spiral(path, nearest_m)
         ring_m += 1.2 * (required_m - nearest_m) + 0.02
         step_m *= 0.75
-    place = np.array2string(path(at_rad), precision=1)
-    raise LimitError(
-        f"the spiral comes within {nearest_m:.2f} m of the building at {place} ENU, "
-        f"wanted {required_m:.2f} m; a smaller corner radius or a larger stand-off may help"
-    )
+    raise TooNearError(path(at_rad), nearest_m, required_m)
 
 
 def _spiral_at(

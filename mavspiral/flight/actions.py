@@ -116,7 +116,8 @@ def routed(s: Situation) -> bool:
     s.reference = Reference.of(s.trajectory, s.to_vehicle)
     s.reference.led(Pace(), 0.0, 0.0)  # compiled, or loaded, on the ground: in the air it would be late
     east_m, north_m, up_m = home_enu_m
-    where = f"home is {east_m:.1f} m east, {north_m:.1f} m north, {up_m:.1f} m up of the plan's origin"
+    side = "below the building's ground" if up_m < 0.0 else "above ground"
+    where = f"home is {east_m:.1f} m east and {north_m:.1f} m north of the plan's origin, {abs(up_m):.1f} m {side}"
     s.tell("info", f"{where}; the flight takes {s.trajectory.duration_s:.0f} s")
     return True
 

@@ -13,7 +13,7 @@
 3. *What a line does not show* (curvature under the mean, steps that add up) is measured. Each stretch
    of the curve has a slowness σ ≥ 1: its speed and acceleration are allowed σ⁻¹ and σ⁻² of the limits.
    It is raised where the law asks too much within the window, and lowered, with care, where there is room.
-4. The fastest law so far is measured between its knots too, and stretched by the last per mille.
+4. The fastest law so far is measured on the curve itself (`measured`), and stretched by the last per mille.
 """
 
 from __future__ import annotations
@@ -26,15 +26,19 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.curve import Path
+from mavspiral.curve.gaze import GIMBAL_RADPS
 from mavspiral.motion import kernels
 from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
+from mavspiral.motion.measured import slower
 from mavspiral.motion.sight import Sight
-from mavspiral.motion.turn import Gaze, TurnGaze
+from mavspiral.motion.turn import LEVEL, Gaze
 
 __all__ = ["fastest_law"]
 
-GRID_M = 0.15
+GRIDS_M = (0.15, 0.05)
+"""Rows are so far apart, or finer where the coarser ones overlook more than"""
+OVERLOOKED = 1.003
 GRID_ROWS = (1_000, 40_000)
 KNOT_S = 0.02
 KNOTS_PER_WINDOW = 25
@@ -43,66 +47,40 @@ SHORTEST_WINDOW_S = 0.1
 ROUNDS = 16
 PATIENCE = 4  # rounds without a gain of
 CLOSE = 1.001
-FINE_STEPS = 20_000  # at least; and at least
-FINE_STEPS_PER_KNOT = 4
-MARGIN = 1 + 2e-5  # for what is finer still
-BETWEEN_ROWS = 1.002
-"""A gaze's peaks are sharp: between two rows pictures were seen to pass faster by 0.05 % at the most."""
+MARGIN = 1 + 2e-5  # for what is finer than is looked at
 STILL = 1e-6  # s/rad: a picture that hardly moves
-NEARLY = 0.95
-FINER = 41
-_LEVEL = TurnGaze(0.0, 0.0)
 
 
 def fastest_law(
-    path: Path, gaze: Gaze, limits: Limits, *, sight: Sight | None = None, pitch: Gaze | None = None
+    path: Path, gaze: Gaze, limits: Limits, *, sight: Sight | None = None, pitch: Gaze = LEVEL
 ) -> TimeLaw:
     """The time law from rest at u = 0 to rest at `path.u_end_rad`, near the fastest under `limits`.
 
-    With a `sight`, and the camera's `pitch` unless it is level, also so slow that its pictures are sharp.
+    Also so slow that the gimbal can follow the camera's `pitch`, and with a `sight` that its pictures are sharp.
 
     Raises:
         ValueError: the curve stands still somewhere (p′ = 0), so that no law can pass.
     """
-    table, du = _tabulated(path, gaze)
-    bounds = np.array(astuple(limits))
-    blur = np.zeros(0) if sight is None else _blur(table, du, gaze, pitch or _LEVEL, sight)
-    law = min(_laws(table, du, limits, blur), key=lambda law: law.duration_s)
-    fine_steps = max(FINE_STEPS, FINE_STEPS_PER_KNOT * len(law.phase_rad))
-    t_s = np.linspace(0.0, law.duration_s, fine_steps + 1)
-    u, u1, u2, _ = law.derivatives(t_s)
-    worst = float(_demand(table, du, bounds, blur, t_s[1], u, u1, u2).max())
-    return law.stretched(max(1.0, worst, _turning(gaze, law, t_s, limits)) * MARGIN)
+    found: list[TimeLaw] = []
+    for grid_m in GRIDS_M:
+        table, du = _tabulated(path, gaze, grid_m)
+        blur = _blur(table, du, gaze, pitch, sight)
+        law = min(_laws(table, du, limits, blur), key=lambda law: law.duration_s)
+        overlooked = slower(path, gaze, law, limits, pitch, sight)
+        found.append(law.stretched(max(1.0, overlooked) * MARGIN))
+        if overlooked <= OVERLOOKED:
+            break
+    return min(found, key=lambda law: law.duration_s)
 
 
-def _turning(gaze: Gaze, law: TimeLaw, t_s: FloatArray, limits: Limits) -> float:
-    """How much slower a law must be for its yaw: between the rows of the table a gaze may turn and bend faster.
-
-    A spline's peaks are sharp: where `t_s` come near the greatest, they are looked at more finely.
-    """
-
-    def needed(at_s: FloatArray) -> FloatArray:
-        u, u1, u2, _ = law.derivatives(at_s)
-        _, slope, bend = gaze.jet(u)
-        turn, bends = np.abs(slope * u1), np.abs(bend * u1**2 + slope * u2)
-        slower: FloatArray = np.maximum(
-            turn / limits.yaw_rate_radps, np.sqrt(bends / limits.yaw_acceleration_radps2)
-        )
-        return slower
-
-    coarse = needed(t_s)
-    high = coarse >= max(NEARLY, NEARLY * float(coarse.max()))
-    if not high.any():
-        return 0.0
-    finer_s = t_s[high][:, None] + np.linspace(-t_s[1], t_s[1], FINER)
-    return float(needed(finer_s.ravel()).max())
-
-
-def _blur(table: FloatArray, du: float, gaze: Gaze, pitch: Gaze, sight: Sight) -> FloatArray:
-    """At each row, 1/u̇ of the fastest way past it that leaves the picture sharp."""
+def _blur(table: FloatArray, du: float, gaze: Gaze, pitch: Gaze, sight: Sight | None) -> FloatArray:
+    """At each row, 1/u̇ of the fastest way past it that the gimbal follows and that leaves the picture sharp."""
     u = du * np.arange(len(table))
-    passing = sight.passing(table[:, :3], gaze.jet(u)[:2], pitch.jet(u)[:2])
-    return np.asarray(BETWEEN_ROWS * passing / sight.speed_mps)
+    tilt = pitch.jet(u)
+    turning: FloatArray = np.abs(tilt[1]) / GIMBAL_RADPS
+    if sight is None:
+        return turning if turning.any() else np.zeros(0)
+    return np.maximum(turning, sight.passing(table[:, :3], gaze.jet(u)[:2], tilt[:2]) / sight.speed_mps)
 
 
 def _demand(
@@ -164,11 +142,11 @@ def _window_s(table: FloatArray, length_m: float, limits: Limits) -> float:
     return max(SHORTEST_WINDOW_S, min(share * full_s, quarter_s))
 
 
-def _tabulated(path: Path, gaze: Gaze) -> tuple[FloatArray, float]:
+def _tabulated(path: Path, gaze: Gaze, grid_m: float) -> tuple[FloatArray, float]:
     """Rows of p′, p″, p‴, ψ′, ψ″ over equal steps of u, and that step."""
     coarse = np.linspace(0.0, path.u_end_rad, GRID_ROWS[0])
     length_m = float(np.linalg.norm(path(coarse, 1), axis=1).mean() * path.u_end_rad)
-    rows = int(np.clip(math.ceil(length_m / GRID_M), *GRID_ROWS))
+    rows = int(np.clip(math.ceil(length_m / grid_m), *GRID_ROWS))
     u = np.linspace(0.0, path.u_end_rad, rows)
     table = np.column_stack([*path.jet(u)[1:], *gaze.jet(u)[1:]])
     still = np.flatnonzero(~table[:, :3].any(axis=1))

@@ -14,13 +14,12 @@ from mavspiral.frames import wrap_rad
 from mavspiral.motion import kernels
 from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.sight import Sight
-from mavspiral.motion.turn import Gaze, TurnGaze
+from mavspiral.motion.turn import LEVEL, Gaze
 
-__all__ = ["LEVEL", "Leg", "Trajectory", "TrajectoryState", "belongs", "during"]
+__all__ = ["Leg", "Trajectory", "TrajectoryState", "belongs", "during"]
 
 JOIN_TOLERANCE_M = 1e-6
 JOIN_TOLERANCE_RAD = 1e-6
-LEVEL = TurnGaze(0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from mavspiral.arrays import FloatArray
 from mavspiral.frames import wrap_rad
 
-__all__ = ["Gaze", "TurnGaze"]
+__all__ = ["LEVEL", "Gaze", "TurnGaze"]
 
 # 10x³ - 15x⁴ + 6x⁵: the quintic with zero slope and zero curvature at 0 and 1.
 _SMOOTH_STEP = np.polynomial.Polynomial([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
@@ -56,3 +56,7 @@ class TurnGaze:
                 jet[order] = turn_rad / self.u_end_rad**order * step(x)
         jet[0] += self.yaw_start_enu_rad
         return jet
+
+
+LEVEL = TurnGaze(0.0, 0.0)
+"""A camera that is not tilted."""

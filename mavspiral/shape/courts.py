@@ -32,24 +32,30 @@ class Court:
     wall_m: float
 
 
-def courts_of(solid: SolidDistance) -> tuple[Court, ...]:
-    """The courts, widest first. A roof in a court is a floor of its own only where the court below is none."""
+def courts_of(
+    solid: SolidDistance, *, shut_m: tuple[float, ...] = (), room_m: float = 0.0
+) -> tuple[Court, ...]:
+    """The courts, widest first. A roof in a court is a floor of its own only where the court below is none.
+
+    A gate counts as shut where its walls leave no more than one of `shut_m` on either side, and behind it is a court
+    if that leaves `room_m` more.
+    """
     found: list[Court] = []
     taken = np.zeros(solid.plan_m.shape[1:], dtype=np.bool_)
     floors_m = [0.0, *(float(level) for level in solid.levels_m[:-1])]
     for level, floor_m in enumerate(floors_m):
-        for hole in _holes(solid.plan_m[level]):
-            place = _middle(solid.plan_m[level], hole)
-            half_width_m = float(solid.plan_m[level][place])
-            if 2.0 * half_width_m < LEAST_WIDTH_M or (taken & hole).any():
-                continue
-            taken |= hole
-            position = solid.origin_enu_m + np.array([place[1], place[0]]) * solid.cell_m
-            found.append(
-                Court(
-                    position, half_width_m, floor_m, _rim_m(solid, level, place), _wall_m(solid, level, hole)
-                )
-            )
+        for gate_m in (0.0, *shut_m):
+            for hole in _holes(solid.plan_m[level], gate_m):
+                place = _middle(solid.plan_m[level], hole)
+                half_width_m = float(solid.plan_m[level][place])
+                least_m = gate_m + room_m if gate_m else 0.5 * LEAST_WIDTH_M
+                if half_width_m < least_m or (taken & hole).any():
+                    continue
+                whole = _grown(hole, gate_m / solid.cell_m)
+                taken |= whole
+                position = solid.origin_enu_m + np.array([place[1], place[0]]) * solid.cell_m
+                rim_m, wall_m = _rim_m(solid, level, place, gate_m), _wall_m(solid, level, whole)
+                found.append(Court(position, half_width_m, floor_m, rim_m, wall_m))
     return tuple(sorted(found, key=lambda court: -court.half_width_m))
 
 
@@ -81,9 +87,17 @@ def court_ring(
     return corners_closed(Ring(border.points_enu_m[::-1]), corner_radius_m)
 
 
-def _holes(plan_m: NDArray[np.float32]) -> list[NDArray[np.bool_]]:
-    """What lies outside of the solid but does not reach the edge of the map."""
-    _, labels = cv2.connectedComponents((plan_m > 0.0).astype(np.uint8), connectivity=4)
+def _grown(hole: NDArray[np.bool_], cells: float) -> NDArray[np.bool_]:
+    """The hole and what is no farther from it than so many cells."""
+    if not cells:
+        return hole
+    away = cv2.distanceTransform((~hole).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(away <= cells)
+
+
+def _holes(plan_m: NDArray[np.float32], gate_m: float) -> list[NDArray[np.bool_]]:
+    """What lies farther than `gate_m` outside of the solid but does not reach the edge of the map."""
+    _, labels = cv2.connectedComponents((plan_m > gate_m).astype(np.uint8), connectivity=4)
     outside = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
     inside = np.setdiff1d(np.unique(labels), [0, *outside])
     return [labels == label for label in inside]
@@ -101,11 +115,11 @@ def _wall_m(solid: SolidDistance, level: int, hole: NDArray[np.bool_]) -> float:
     return float(solid.levels_m[level:][np.flatnonzero(reached)[-1]])
 
 
-def _rim_m(solid: SolidDistance, level: int, place: tuple[int, int]) -> float:
+def _rim_m(solid: SolidDistance, level: int, place: tuple[int, int], gate_m: float) -> float:
     """The highest level, from `level` on, that still encloses the place."""
     rim_m = float(solid.levels_m[level])
     for plan, level_m in zip(solid.plan_m[level + 1 :], solid.levels_m[level + 1 :], strict=True):
-        if not any(hole[place] for hole in _holes(plan)):
+        if not any(hole[place] for hole in _holes(plan, gate_m)):
             break
         rim_m = float(level_m)
     return rim_m

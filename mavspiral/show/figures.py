@@ -28,6 +28,9 @@ FLOWN = "#1565c0"
 TRANSIT = "#8b98a5"
 LIMIT = "#c62828"
 GRID_S = 0.25
+MARGIN_M = 5.0
+BESIDE_SHARE = 0.3
+"""Of the flight's size in plan, what the picture from above goes beyond it for what stands there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,13 +159,24 @@ def _from_above(
     if flown is not None:
         axes.plot(*flown.position_enu_m[:, :2].T, color=FLOWN, lw=0.5)
     axes.plot(*xy[0], marker="s", color=INK, ms=3)
-    low, high = xy.min(axis=0) - 5, xy.max(axis=0) + 5
+    low, high = _shown_m(site, xy)
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_aspect("equal", anchor="N")
     axes.tick_params(labelsize=6, length=2)
     axes.set_title("from above: metres east and north", loc="left", fontsize=9)
     axes.spines[:].set_visible(False)
+
+
+def _shown_m(site: Site, xy: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The south-west and the north-east corner of what is shown: the flight, and what stands beside it whole if it is near."""
+    low, high = xy.min(axis=0) - MARGIN_M, xy.max(axis=0) + MARGIN_M
+    row, col = np.nonzero(site.heights.height_agl_m > 0.0)
+    cells = site.heights.origin_enu_m + np.stack([col, row], axis=1) * site.heights.cell_m
+    beside_m = BESIDE_SHARE * float((high - low).max())
+    first = np.maximum(cells.min(axis=0) - MARGIN_M, low - beside_m)
+    last = np.minimum(cells.max(axis=0) + site.heights.cell_m + MARGIN_M, high + beside_m)
+    return np.minimum(low, first), np.maximum(high, last)
 
 
 def _profile(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mavspiral.arrays import FloatArray
+from mavspiral.curve.gaze import GIMBAL_RADPS
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.sight import Sight
 from mavspiral.motion.trajectory import TrajectoryState
@@ -20,6 +21,7 @@ __all__ = [
     "blur_figure",
     "ceiling_figure",
     "clearance_figures",
+    "gimbal_figure",
     "motion_figures",
 ]
 
@@ -136,6 +138,12 @@ def blur_figure(sight: Sight, states: TrajectoryState, camera: Camera, allowed_p
     passing_mps = sight.passing(states.velocity_enu_mps, yaw, pitch)
     smeared_px = passing_mps * camera.blur_px(sight.distance_m, 1.0)
     return _figure("blur", "px", smeared_px, allowed_px, states.t_s, states.position_enu_m)
+
+
+def gimbal_figure(state: TrajectoryState) -> LimitFigure:
+    """How fast the gimbal has to tilt the camera, against what every gimbal follows."""
+    rate_radps = np.abs(np.gradient(state.gimbal_pitch_rad, state.t_s))
+    return _figure("gimbal rate", "rad/s", rate_radps, GIMBAL_RADPS, state.t_s, state.position_enu_m)
 
 
 def ceiling_figure(state: TrajectoryState, ceiling_m: float) -> LimitFigure:

@@ -1,13 +1,14 @@
 """Whole buildings at random: every part is flown, and the slow truth about distances agrees."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 from numba import njit
 
 from mavspiral import load_mission, plan
-from mavspiral.errors import LimitError
+from mavspiral.errors import InputError, LimitError
 
 MISSION = """
 schema = 1
@@ -118,11 +119,12 @@ def test_every_part_is_flown_and_nothing_comes_closer_than_it_may(seed, planned_
     assert all(figure.ok for figure in inspection.certificate.figures)
 
 
-def block_with_court(tmp_path, width_m, inspection="courtyards = true"):
+def block_with_court(tmp_path, width_m, inspection="courtyards = true", gate_m=0.0):
     heights = np.zeros((120, 120))
     heights[10:110, 10:110] = 11.0
     half = int(width_m)
     heights[60 - half : 60 + half, 60 - half : 60 + half] = 0.0
+    heights[60:, 60 - int(gate_m) : 60 + int(gate_m)] = 0.0
     np.savez(tmp_path / "random.npz", height_agl_m=heights, cell_m=0.5, origin=[40.05, -1.93])
     text = MISSION.format(cell_m=0.5, standoff_m=7.0, clearance_m=3.0, speed_mps=4.0, inspection=inspection)
     (tmp_path / "random.toml").write_text(text)
@@ -150,6 +152,63 @@ def test_a_court_that_is_too_narrow_is_told_of_with_its_place_and_both_widths(tm
     (line,) = [line for line in inspection.warnings if line.startswith("courtyard")]
     assert "lat 40.05" in line and "lon -1.92" in line
     assert "is 9.0 m wide, 10.8 m are needed" in line
+
+
+@pytest.mark.parametrize("gate_m", [3.0, 8.0])
+def test_a_court_behind_a_gate_is_flown_from_above(gate_m, tmp_path):
+    inspection = block_with_court(tmp_path, 28.0, gate_m=gate_m)
+    assert sorted(part.kind for part in inspection.passes) == ["courtyard", "spiral"]
+    (court,) = [part for part in inspection.passes if part.kind == "courtyard"]
+    place = court.path(np.linspace(0.0, court.path.u_end_rad, 2000))
+    assert np.abs(place[:, :2] - place[:, :2].mean(axis=0)).max() < 14.0 - 3.0
+    place = inspection.trajectory.sampled(0.1).position_enu_m
+    required_m = inspection.clearance_required_m
+    assert nearest_m(inspection.site, place, 1.5 * required_m).min() >= required_m - 1e-6
+    assert inspection.coverage.walls > 0.85
+
+
+def test_a_narrow_court_behind_a_gate_is_told_of(tmp_path):
+    inspection = block_with_court(tmp_path, 9.0, gate_m=2.0)
+    assert [part.kind for part in inspection.passes] == ["spiral"]
+    (line,) = [line for line in inspection.warnings if line.startswith("courtyard")]
+    assert "lat 40.05" in line and "m wide, 10.8 m are needed" in line
+
+
+def test_a_spiral_that_comes_too_near_is_refused_with_its_place_and_what_may_help(tmp_path, monkeypatch):
+    monkeypatch.setattr("mavspiral.curve.spiral.harmonics_needed", lambda *_args, **_numbers: 1)
+    monkeypatch.setattr("mavspiral.curve.spiral.ATTEMPTS", 1)
+    with pytest.raises(
+        LimitError,
+        match=r"lat 40\.05.*, lon -1\.9.*, [\d.]+ m up, and 6\.70 m.*Fix: a lower \[limits\] speed",
+    ):
+        block_with_court(tmp_path, 9.0)
+
+
+def test_a_home_without_room_is_told_of_a_place_that_has_it(tmp_path):
+    block_with_court(tmp_path, 9.0)
+    text = (tmp_path / "random.toml").read_text()
+
+    def planned(lat, lon):
+        home = f"[vehicle]\nhome = [{lat:.6f}, {lon:.6f}]\nhome_height_m = -3"
+        (tmp_path / "random.toml").write_text(text.replace("[vehicle]", home))
+        return plan(load_mission(tmp_path / "random.toml"))
+
+    lat, lon = (
+        40.05 + 30 / 111_035,
+        -1.93 + 30 / 85_386,
+    )  # in the court, which is 9 m wide; 3 m of 4.5 are free
+    planned_home = planned(lat, -1.93)  # 5 m west of the block
+    assert planned_home.trajectory.duration_s > 0
+    with pytest.raises(
+        InputError, match=r"is \d\.\d m from the nearest wall.*Fix: home = \[40\.05.*m away, is the near"
+    ) as told:
+        planned(lat, -1.93 + 3.5 / 85_386)
+    fix = re.search(r"Fix: home = \[([\d.]+), (-[\d.]+)\]", str(told.value))
+    assert planned(float(fix[1]), float(fix[2])).certificate.ok
+    with pytest.raises(
+        InputError, match=r"3\.0 m below the building's ground, is inside something 11\.0 m high"
+    ):
+        planned(lat, lon + 8 / 85_386)
 
 
 def test_nobody_flies_into_a_court_unasked(tmp_path):

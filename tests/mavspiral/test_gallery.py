@@ -1,12 +1,14 @@
 """The gallery's buildings of several parts: what is planned for each, and that it is seen."""
 
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mavspiral.survey.solids import Solids
 
+MISSIONS = sorted(path.stem for path in (Path(__file__).parents[2] / "missions").glob("*.toml"))
 KINDS = {
     "podium": {"spiral": 3},
     "patio": {"courtyard": 1, "spiral": 1, "fill": 1},
@@ -25,6 +27,27 @@ def test_each_building_is_flown_in_its_pieces_and_seen_as_its_mission_asks(name,
     place = inspection.trajectory.sampled(0.05).position_enu_m
     nearest_m = Solids.of_map(inspection.site.heights).distance_m(place).min()
     assert nearest_m >= max(accept.clearance_min_m, inspection.clearance_required_m)
+
+
+@pytest.mark.parametrize("name", MISSIONS)
+def test_every_limit_is_kept_on_a_grid_of_100_hz_and_nearly_used(name, planned):
+    inspection = planned(name)
+    limits, state = inspection.mission.limits, inspection.trajectory.sampled(0.01)
+    yaw_rate_radps = np.radians(limits.yaw_rate_dps)
+    climb_mps = state.velocity_enu_mps[:, 2]
+    used = {
+        "speed": np.linalg.norm(state.velocity_enu_mps, axis=1).max() / limits.speed_mps,
+        "climb": climb_mps.max() / limits.climb_mps,
+        "descent": -climb_mps.min() / limits.descent_mps,
+        "acceleration": np.linalg.norm(state.acceleration_enu_mps2, axis=1).max() / limits.acceleration_mps2,
+        "jerk": np.linalg.norm(state.jerk_enu_mps3, axis=1).max() / limits.jerk_mps3,
+        "yaw rate": np.abs(state.yaw_rate_enu_radps).max() / yaw_rate_radps,
+        "yaw acceleration": np.abs(state.yaw_acceleration_enu_radps2).max() / yaw_rate_radps,
+        "gimbal": np.abs(np.gradient(state.gimbal_pitch_rad, state.t_s)).max() / np.radians(30.0),
+        "blur": inspection.certificate["blur"].worst / inspection.mission.quality.blur_max_px,
+    }
+    assert all(share <= 1.0 + 1e-9 for share in used.values()), used
+    assert used["speed"] > 0.999 and used["acceleration"] > 0.999 and used["jerk"] > 0.99
 
 
 def test_the_podium_s_towers_begin_above_it_and_end_at_their_own_roofs(planned):

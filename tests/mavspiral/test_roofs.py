@@ -80,3 +80,11 @@ def test_a_camera_without_a_gimbal_sees_no_roof_and_it_is_said():
 def test_roofs_are_not_flown_unasked(planned):
     assert all(each.kind != "roof" for each in planned("kiosk").passes)
     assert (planned("kiosk").shots.pitch_rad == 0.0).all()
+
+
+def test_no_way_above_the_church_s_roofs_is_curly(planned):
+    for each in planned("church").passes:
+        if each.kind == "roof":
+            east, north = each.path(np.linspace(0.0, each.path.u_end_rad, 4000), 1)[:, :2].T
+            turned_rad = np.abs(np.diff(np.unwrap(np.arctan2(north, east)))).sum()
+            assert turned_rad < 2.0 * np.pi * 1.8, each.name  # once round, and the corners' overshoot

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mavspiral.curve.aim import GIMBAL_RADPS
+from mavspiral.curve.gaze import GIMBAL_RADPS
 from mavspiral.curve.line import LinePath
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.trajectory import Leg, Trajectory

@@ -13,7 +13,7 @@ BLOCK = [(0, 0, 60, 50, 12.0), (0, 40, 60, 50, 16.0), (15, 10, 45, 40, 0.0)]
 def solid_of(*boxes):
     heights = np.zeros((100, 120))
     for west, south, east, north, height in boxes:
-        heights[2 * south : 2 * north, 2 * west : 2 * east] = height
+        heights[int(2 * south) : int(2 * north), int(2 * west) : int(2 * east)] = height
     return solid_distance(Site(HeightMap(heights, 0.5, FRAME, np.zeros(2)), heights > 0), reach_m=20.0)
 
 
@@ -26,6 +26,19 @@ def test_a_court_has_a_middle_a_width_a_rim_and_a_highest_wall():
 
 def test_a_court_open_on_one_side_is_none():
     assert courts_of(solid_of(*BLOCK, (25, 0, 35, 10, 0.0))) == ()
+
+
+@pytest.mark.parametrize(("width_m", "shut_m"), [(3, 2.0), (8, 5.0)])
+def test_a_court_behind_a_gate_that_counts_as_shut_is_one(width_m, shut_m):
+    gate = (30 - width_m / 2, 0, 30 + width_m / 2, 10, 0.0)
+    solid = solid_of(*BLOCK, gate)
+    assert courts_of(solid) == ()
+    (court,) = courts_of(solid, shut_m=(shut_m,), room_m=1.5)
+    np.testing.assert_allclose(court.place_enu_m, [30.0, 25.0], atol=2.0)
+    assert court.half_width_m == pytest.approx(15.0, abs=0.5)
+    assert (court.floor_m, court.rim_m, court.wall_m) == (0.0, 12.0, 16.0)
+    assert courts_of(solid, shut_m=(0.4 * width_m,), room_m=1.5) == ()  # the gate is open
+    assert courts_of(solid, shut_m=(shut_m,), room_m=14.0) == ()  # the court is too narrow
 
 
 def test_a_court_over_a_hall_has_the_hall_for_its_floor():

@@ -1,0 +1,111 @@
+"""How much slower a law must be to keep its limits: measured on the curve itself, between its samples too.
+
+A time law is found on rows of u, and what lies between two rows is not what a cubic through them says: where one piece
+of a spline ends and the next begins, jerk and yaw acceleration have a kink, and kinks are where they are greatest. So
+the law found is measured on the true curve at each of its knots and midway between them. A peak between two samples is
+higher than they are by no more than what the values change by from one to the next; where that may be more than the
+greatest seen, it is looked at more finely.
+"""
+
+from __future__ import annotations
+
+from dataclasses import astuple
+
+import numpy as np
+from numba import njit
+
+from mavspiral.arrays import FloatArray
+from mavspiral.curve import Path
+from mavspiral.curve.gaze import GIMBAL_RADPS
+from mavspiral.motion.law import TimeLaw
+from mavspiral.motion.limits import Limits
+from mavspiral.motion.sight import Sight
+from mavspiral.motion.turn import Gaze
+
+__all__ = ["slower"]
+
+FINER = 16
+"""So many steps in a span that is looked at again."""
+LOOKS = 3
+"""So often is a span looked at again."""
+ROOM = 1 + 5e-6
+"""A peak that may be less than this above the greatest is left alone."""
+
+
+def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, sight: Sight | None) -> float:
+    """The factor of time that `law` must be stretched by to keep every limit; less than 1 if there is room.
+
+    The limits' own, `sight`'s if there is one, and the gimbal's.
+    """
+    bounds = np.array(astuple(limits))
+
+    def look(t_s: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
+        """The factors at `t_s` (M,), with u⃛ as it is before and after, `(2, M)`."""
+        u, u1, u2, _ = law.derivatives(t_s)
+        way, yaw, tilt = path.jet(u), gaze.jet(u), pitch.jet(u)
+        turning = np.abs(tilt[1] * u1) / GIMBAL_RADPS
+        if sight is not None:
+            passing_mps = u1 * sight.passing(way[1], yaw[:2], tilt[:2])
+            turning = np.maximum(turning, passing_mps / sight.speed_mps)
+        ratio: FloatArray = np.maximum(_asked(way, yaw, u1, u2, before, after, bounds), turning)
+        return ratio
+
+    spans = len(law.phase_rad) - 1
+    jerks = np.diff(law.phase_acceleration_radps2) / law.step_s
+    ratio = look(
+        np.linspace(0.0, law.duration_s, 2 * spans + 1),
+        np.append(jerks[0], np.repeat(jerks, 2)),
+        np.append(np.repeat(jerks, 2), jerks[-1]),
+    )
+    values = np.stack([ratio[1, :-1:2], ratio[0, 1::2], ratio[0, 2::2]], axis=1)
+    begin_s, width_s = np.arange(spans) * law.step_s, law.step_s
+    worst = float(values.max())
+    for _ in range(LOOKS):
+        highest = values.max(axis=1) + np.abs(np.diff(values, axis=1)).max(axis=1)
+        chosen = highest > worst * ROOM
+        if not chosen.any():
+            break
+        begin_s, jerks = begin_s[chosen], jerks[chosen]
+        t_s = begin_s[:, None] + width_s * np.linspace(0.0, 1.0, FINER + 1)
+        jerk = np.repeat(jerks, FINER + 1)
+        values = look(t_s.ravel(), jerk, jerk)[0].reshape(t_s.shape)
+        worst = max(worst, float(values.max()))
+        # Each half of the steps is a span of its own, of three samples.
+        width_s *= 2.0 / FINER
+        begin_s, jerks = t_s[:, :-1:2].ravel(), np.repeat(jerks, FINER // 2)
+        values = np.stack([values[:, :-1:2], values[:, 1::2], values[:, 2::2]], axis=-1).reshape(-1, 3)
+    return worst
+
+
+@njit(cache=True, nogil=True)
+def _asked(
+    way: FloatArray,
+    yaw: FloatArray,
+    u1: FloatArray,
+    u2: FloatArray,
+    before: FloatArray,
+    after: FloatArray,
+    limits: FloatArray,
+) -> FloatArray:
+    """How many times slower each place must be passed, with either u⃛, `(2, M)`; `limits` has the order of `Limits`."""
+    speed, climb, descent, acceleration, jerk, yaw_rate, yaw_acceleration = limits
+    out = np.empty((2, u1.size))
+    for i in range(u1.size):
+        v, a = u1[i], u2[i]
+        velocity2 = acceleration2 = jerk2_before = jerk2_after = 0.0
+        for axis in range(3):
+            p1, p2, p3 = way[1, i, axis], way[2, i, axis], way[3, i, axis]
+            velocity2 += (p1 * v) ** 2
+            acceleration2 += (p2 * v * v + p1 * a) ** 2
+            drift = p3 * v * v * v + 3.0 * p2 * v * a
+            jerk2_before += (drift + p1 * before[i]) ** 2
+            jerk2_after += (drift + p1 * after[i]) ** 2
+        rise = way[1, i, 2] * v
+        ratio = max(np.sqrt(velocity2) / speed, rise / climb, -rise / descent, abs(yaw[1, i] * v) / yaw_rate)
+        second = max(
+            np.sqrt(acceleration2) / acceleration, abs(yaw[2, i] * v * v + yaw[1, i] * a) / yaw_acceleration
+        )
+        ratio = max(ratio, np.sqrt(second))
+        out[0, i] = max(ratio, (np.sqrt(jerk2_before) / jerk) ** (1.0 / 3.0))
+        out[1, i] = max(ratio, (np.sqrt(jerk2_after) / jerk) ** (1.0 / 3.0))
+    return out
