@@ -43,14 +43,13 @@ SHORTEST_WINDOW_S = 0.1
 ROUNDS = 16
 PATIENCE = 4  # rounds without a gain of
 CLOSE = 1.001
-FINE_STEPS = 20_000  # at least; and at least
-FINE_STEPS_PER_KNOT = 4
+FINE_STEPS_PER_KNOT = 8
 MARGIN = 1 + 2e-5  # for what is finer still
 BETWEEN_ROWS = 1.002
 """A gaze's peaks are sharp: between two rows pictures were seen to pass faster by 0.05 % at the most."""
 STILL = 1e-6  # s/rad: a picture that hardly moves
 NEARLY = 0.95
-FINER = 41
+FINER = 81
 _LEVEL = TurnGaze(0.0, 0.0)
 
 
@@ -67,22 +66,36 @@ def fastest_law(
     table, du = _tabulated(path, gaze)
     bounds = np.array(astuple(limits))
     blur = np.zeros(0) if sight is None else _blur(table, du, gaze, pitch or _LEVEL, sight)
-    law = min(_laws(table, du, limits, blur), key=lambda law: law.duration_s)
-    fine_steps = max(FINE_STEPS, FINE_STEPS_PER_KNOT * len(law.phase_rad))
-    t_s = np.linspace(0.0, law.duration_s, fine_steps + 1)
-    u, u1, u2, _ = law.derivatives(t_s)
-    worst = float(_demand(table, du, bounds, blur, t_s[1], u, u1, u2).max())
-    return law.stretched(max(1.0, worst, _turning(gaze, law, t_s, limits)) * MARGIN)
+    law, ratios = min(_laws(table, du, limits, blur), key=lambda found: found[0].duration_s)
+    between = _between(table, du, bounds, blur, law, ratios)
+    return law.stretched(max(1.0, between, _turning(gaze, law, limits)) * MARGIN)
 
 
-def _turning(gaze: Gaze, law: TimeLaw, t_s: FloatArray, limits: Limits) -> float:
+def _between(
+    table: FloatArray, du: float, bounds: FloatArray, blur: FloatArray, law: TimeLaw, ratios: FloatArray
+) -> float:
+    """The greatest demand between knots, at which it is `ratios`; 0 where none can be above 1.
+
+    Between two knots it rises above both by less than it changes from one to the other.
+    """
+    highest = np.maximum(ratios[:-1], ratios[1:]) + np.abs(np.diff(ratios))
+    spans = np.flatnonzero(highest > 1.0)
+    if not len(spans):
+        return 0.0
+    step_s = law.step_s / FINE_STEPS_PER_KNOT
+    t_s = law.step_s * spans[:, None] + step_s * np.arange(-1, FINE_STEPS_PER_KNOT + 2)
+    u, u1, u2, _ = law.derivatives(t_s.ravel())
+    ratios = _demand(table, du, bounds, blur, step_s, u, u1, u2).reshape(t_s.shape)
+    return float(ratios[:, 1:-1].max())  # the outer ones have neighbours in other spans
+
+
+def _turning(gaze: Gaze, law: TimeLaw, limits: Limits) -> float:
     """How much slower a law must be for its yaw: between the rows of the table a gaze may turn and bend faster.
 
-    A spline's peaks are sharp: where `t_s` come near the greatest, they are looked at more finely.
+    A spline's peaks are sharp: where knots come near the greatest, it is looked at more finely about them.
     """
 
-    def needed(at_s: FloatArray) -> FloatArray:
-        u, u1, u2, _ = law.derivatives(at_s)
+    def needed(u: FloatArray, u1: FloatArray, u2: FloatArray) -> FloatArray:
         _, slope, bend = gaze.jet(u)
         turn, bends = np.abs(slope * u1), np.abs(bend * u1**2 + slope * u2)
         slower: FloatArray = np.maximum(
@@ -90,12 +103,12 @@ def _turning(gaze: Gaze, law: TimeLaw, t_s: FloatArray, limits: Limits) -> float
         )
         return slower
 
-    coarse = needed(t_s)
-    high = coarse >= max(NEARLY, NEARLY * float(coarse.max()))
-    if not high.any():
+    coarse = needed(law.phase_rad, law.phase_rate_radps, law.phase_acceleration_radps2)
+    high = np.flatnonzero(coarse >= max(NEARLY, NEARLY * float(coarse.max())))
+    if not len(high):
         return 0.0
-    finer_s = t_s[high][:, None] + np.linspace(-t_s[1], t_s[1], FINER)
-    return float(needed(finer_s.ravel()).max())
+    finer_s = law.step_s * (high[:, None] + np.linspace(-0.5, 0.5, FINER))
+    return float(needed(*law.derivatives(finer_s.ravel())[:3]).max())
 
 
 def _blur(table: FloatArray, du: float, gaze: Gaze, pitch: Gaze, sight: Sight) -> FloatArray:
@@ -122,8 +135,8 @@ def _demand(
     return ratios
 
 
-def _laws(table: FloatArray, du: float, limits: Limits, blur: FloatArray) -> Iterator[TimeLaw]:
-    """Laws within the limits at their knots, on the whole ever faster, until that no longer pays."""
+def _laws(table: FloatArray, du: float, limits: Limits, blur: FloatArray) -> Iterator[tuple[TimeLaw, FloatArray]]:
+    """Laws within the limits at their knots, and how near to them; on the whole ever faster, until that no longer pays."""
     bounds = np.array(astuple(limits))
     caps = kernels.rate_caps(table, bounds)
     if blur.size:
@@ -144,7 +157,7 @@ def _laws(table: FloatArray, du: float, limits: Limits, blur: FloatArray) -> Ite
         ratios = _demand(table, du, bounds, blur, step_s, u, u1, u2)
         worst = max(1.0, float(ratios.max()))
         law = TimeLaw(step_s, u, u1, u2).stretched(worst)
-        yield law
+        yield law, ratios / worst
         durations_s.append(law.duration_s)
         before_s, lately_s = durations_s[:-PATIENCE], durations_s[-PATIENCE:]
         if worst <= CLOSE or (before_s and min(before_s) <= min(lately_s) * CLOSE):

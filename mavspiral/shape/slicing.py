@@ -16,6 +16,7 @@ transform of the corners is exact for the squares, and there is no half cell to 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -78,13 +79,16 @@ class SolidDistance:
         Just below the height at which a roof drops out, its slice has nearly the roof's own sharp corners;
         with a `corner_radius_m` it keeps that radius until then, which is farther from the roof than need be.
         """
-        drop = self.roof_ratio * np.maximum(0.0, height_m - self.levels_m)
-        near = np.flatnonzero(drop < distance_m)
-        # Of the levels at or above the height, the lowest holds all the others.
-        reaching = near[drop[near] == 0.0]
-        near = near[: near.size - max(0, reaching.size - 1)]
-        radii = np.maximum(np.sqrt(distance_m**2 - drop[near] ** 2), min(corner_radius_m, distance_m))
-        return Slice(tuple(near.tolist()), tuple(radii.tolist()))
+        levels, radii_m = [], []
+        for level, level_m in enumerate(self.levels_m.tolist()):
+            drop_m = self.roof_ratio * max(0.0, height_m - level_m)
+            if drop_m < distance_m:
+                levels.append(level)
+                radius_m = math.sqrt(distance_m**2 - drop_m**2)
+                radii_m.append(max(radius_m, min(corner_radius_m, distance_m)))
+            if drop_m == 0.0:  # of the levels at or above the height, the lowest holds all the others
+                break
+        return Slice(tuple(levels), tuple(radii_m))
 
     def excess_m(self, cut: Slice) -> NDArray[np.float32]:
         """How far outside of the slice, in plan, each corner of the grid is; not above 0 inside."""
