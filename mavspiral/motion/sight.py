@@ -32,8 +32,8 @@ class Sight:
         east, north, up = velocity.T
         across = cos * north - sin * east
         if not pitch.any():  # level
-            return np.asarray(np.hypot(across + self.distance_m * yaw[1], up))
+            return np.asarray(np.sqrt((across + self.distance_m * yaw[1]) ** 2 + up**2))
         sin_pitch, cos_pitch = np.sin(pitch[0]), np.cos(pitch[0])
         across += self.distance_m * cos_pitch * yaw[1]
         along = cos_pitch * up - sin_pitch * (cos * east + sin * north) + self.distance_m * pitch[1]
-        return np.asarray(np.hypot(across, along))
+        return np.asarray(np.sqrt(across**2 + along**2))
