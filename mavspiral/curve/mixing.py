@@ -79,24 +79,23 @@ def mixed_series(
                     wave[0, i] = cos * turn[0, i] - sin * turn[1, i]
                     wave[1, i] = sin * turn[0, i] + cos * turn[1, i]
             for i in range(lanes):
-                b0, b1, b2, b3 = 1.0, 0.0, 0.0, 0.0
-                if not still:
-                    t = min(max(u[first + i] / key_rad - span, 0.0), 1.0)
-                    b0 = 0.0
-                    for power in range(4, -1, -1):
-                        b0, b1 = b0 * t + basis[0, k, power], b1 * t + basis[1, k, power]
-                        b2, b3 = b2 * t + basis[2, k, power], b3 * t + basis[3, k, power]
-                    b1, b2, b3 = b1 / key_rad, b2 / key_rad**2, b3 / key_rad**3
+                at = first + i
+                if still:
+                    for axis in range(2):
+                        for order in range(4):
+                            out[order, at, axis] = sums[axis, order, i]
+                    continue
+                t = min(max(u[at] / key_rad - span, 0.0), 1.0)
+                b0 = b1 = b2 = b3 = 0.0
+                for power in range(4, -1, -1):
+                    b0, b1 = b0 * t + basis[0, k, power], b1 * t + basis[1, k, power]
+                    b2, b3 = b2 * t + basis[2, k, power], b3 * t + basis[3, k, power]
+                b1, b2, b3 = b1 / key_rad, b2 / key_rad**2, b3 / key_rad**3
                 for axis in range(2):
-                    s0, s1, s2, s3 = (
-                        sums[axis, 0, i],
-                        sums[axis, 1, i],
-                        sums[axis, 2, i],
-                        sums[axis, 3, i],
-                    )
-                    out[0, first + i, axis] += b0 * s0
-                    out[1, first + i, axis] += b0 * s1 + b1 * s0
-                    out[2, first + i, axis] += b0 * s2 + 2.0 * b1 * s1 + b2 * s0
-                    out[3, first + i, axis] += b0 * s3 + 3.0 * (b1 * s2 + b2 * s1) + b3 * s0
+                    s0, s1, s2, s3 = sums[axis, 0, i], sums[axis, 1, i], sums[axis, 2, i], sums[axis, 3, i]
+                    out[0, at, axis] += b0 * s0
+                    out[1, at, axis] += b0 * s1 + b1 * s0
+                    out[2, at, axis] += b0 * s2 + 2.0 * b1 * s1 + b2 * s0
+                    out[3, at, axis] += b0 * s3 + 3.0 * (b1 * s2 + b2 * s1) + b3 * s0
         first += lanes
     return out
