@@ -135,7 +135,9 @@ def _demand(
     return ratios
 
 
-def _laws(table: FloatArray, du: float, limits: Limits, blur: FloatArray) -> Iterator[tuple[TimeLaw, FloatArray]]:
+def _laws(
+    table: FloatArray, du: float, limits: Limits, blur: FloatArray
+) -> Iterator[tuple[TimeLaw, FloatArray]]:
     """Laws within the limits at their knots, and how near to them; on the whole ever faster, until that no longer pays."""
     bounds = np.array(astuple(limits))
     caps = kernels.rate_caps(table, bounds)
