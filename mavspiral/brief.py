@@ -161,7 +161,7 @@ def band_m(mission: Mission, site: Site, camera: Camera) -> tuple[float, float]:
     """
     half_m = camera.footprint_m(mission.inspection.standoff_m)[1] / 2
     asked = mission.inspection
-    top_of_building_m = float(site.building_height_m.max())
+    top_of_building_m = site.building_top_m
     bottom_m = asked.bottom_m if asked.bottom_m is not None else max(mission.limits.clearance_m, half_m)
     top_m = asked.top_m if asked.top_m is not None else max(bottom_m, top_of_building_m - half_m)
     if bottom_m < mission.limits.clearance_m:

@@ -45,7 +45,7 @@ def spirals_of(setting: Setting) -> tuple[list[Candidate], tuple[str, ...]]:
     bands, told = _bands(setting)
     if not bands:
         bottom_m, _ = band_m(setting.mission, setting.site, setting.camera)
-        top_m = float(setting.site.building_height_m.max())
+        top_m = setting.site.building_top_m
         raise LimitError(
             f"[inspection] the lowest turn at {bottom_m:g} m (bottom_m) is too high above the building, which ends at "
             f"{top_m:g} m, for any turn {setting.standoff_m:g} m from it. Fix: bottom_m = {top_m:g} or less"

@@ -172,22 +172,24 @@ def demand(
     u2: FloatArray,
 ) -> FloatArray:
     """How many times slower each knot would have to be passed to be within every limit; 1 is just so."""
-    speed, climb, descent, acceleration, jerk, yaw_rate, yaw_acceleration = limits
+    # A division takes as long as a dozen products.
+    per_speed, per_climb, per_descent, per_acceleration, per_jerk, per_yaw_rate, per_bend = 1.0 / limits
+    per_du, per_dt = 1.0 / du, 1.0 / dt
     n = len(u)
     ratios = np.zeros(n)
     row = np.empty(11)
     for k in range(n):
-        x = u[k] / du
+        x = u[k] * per_du
         i = min(max(int(x), 1), len(table) - 3)
         s = x - i
         # Cubic through four rows.
-        c0, c3 = -s * (s - 1.0) * (s - 2.0) / 6.0, (s + 1.0) * s * (s - 1.0) / 6.0
+        c0, c3 = s * (s - 1.0) * (s - 2.0) * (-1.0 / 6.0), (s + 1.0) * s * (s - 1.0) * (1.0 / 6.0)
         c1, c2 = (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0, -(s + 1.0) * s * (s - 2.0) / 2.0
         for c in range(11):
             row[c] = c0 * table[i - 1, c] + c1 * table[i, c] + c2 * table[i + 1, c] + c3 * table[i + 2, c]
         v, a = u1[k], u2[k]
-        before = (a - u2[k - 1]) / dt if k > 0 else 0.0
-        after = (u2[k + 1] - a) / dt if k < n - 1 else 0.0
+        before = (a - u2[k - 1]) * per_dt if k > 0 else 0.0
+        after = (u2[k + 1] - a) * per_dt if k < n - 1 else 0.0
         velocity2 = acceleration2 = jerk2_before = jerk2_after = 0.0
         for c in range(3):
             p1, p2, p3 = row[c], row[3 + c], row[6 + c]
@@ -197,13 +199,18 @@ def demand(
             jerk2_before += (steady + p1 * before) ** 2
             jerk2_after += (steady + p1 * after) ** 2
         rise = row[2] * v
-        ratio = max(math.sqrt(velocity2) / speed, rise / climb, -rise / descent, abs(row[9] * v) / yaw_rate)
+        ratio = max(
+            math.sqrt(velocity2) * per_speed,
+            rise * per_climb,
+            -rise * per_descent,
+            abs(row[9] * v) * per_yaw_rate,
+        )
         second = max(
-            math.sqrt(acceleration2) / acceleration, abs(row[10] * v * v + row[9] * a) / yaw_acceleration
+            math.sqrt(acceleration2) * per_acceleration, abs(row[10] * v * v + row[9] * a) * per_bend
         )
         if second > ratio**2:
             ratio = math.sqrt(second)
-        third = math.sqrt(max(jerk2_before, jerk2_after)) / jerk
+        third = math.sqrt(max(jerk2_before, jerk2_after)) * per_jerk
         if third > ratio**3:  # most are not, and a cube root takes long
             ratio = third ** (1.0 / 3.0)
         ratios[k] = ratio

@@ -29,8 +29,11 @@ class Sight:
         All rates by time, or all by phase.
         """
         sin, cos = np.sin(yaw[0]), np.cos(yaw[0])
-        sin_pitch, cos_pitch = np.sin(pitch[0]), np.cos(pitch[0])
         east, north, up = velocity.T
-        across = cos * north - sin * east + self.distance_m * cos_pitch * yaw[1]
+        across = cos * north - sin * east
+        if not pitch.any():  # level
+            return np.asarray(np.sqrt((across + self.distance_m * yaw[1]) ** 2 + up**2))
+        sin_pitch, cos_pitch = np.sin(pitch[0]), np.cos(pitch[0])
+        across += self.distance_m * cos_pitch * yaw[1]
         along = cos_pitch * up - sin_pitch * (cos * east + sin * north) + self.distance_m * pitch[1]
-        return np.asarray(np.hypot(across, along))
+        return np.asarray(np.sqrt(across**2 + along**2))

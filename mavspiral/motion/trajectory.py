@@ -20,6 +20,8 @@ __all__ = ["Leg", "Trajectory", "TrajectoryState", "belongs", "during"]
 
 JOIN_TOLERANCE_M = 1e-6
 JOIN_TOLERANCE_RAD = 1e-6
+BLOCK = 8192
+"""So many times are worked out at once: what lies between then stays in the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,11 +124,8 @@ class Trajectory:
         vectors = np.empty((4, flat.size, 3))
         yaws = np.empty((3, flat.size))
         pitch = np.empty(flat.size)
-        which = np.clip(np.searchsorted(self._begin_s, flat, side="right") - 1, 0, len(self.legs) - 1)
-        for i in np.unique(which):
-            rows = np.flatnonzero(which == i)
-            together = rows[-1] - rows[0] + 1 == len(rows)  # times in order: a slice is far cheaper
-            leg, here = self.legs[i], slice(rows[0], rows[-1] + 1) if together else rows
+        for i, here in self._rows(flat):
+            leg = self.legs[i]
             vectors[:, here], yaws[:, here], pitch[here] = _motion(leg, flat[here] - self._begin_s[i])
             yaws[0, here] += self._turns_rad[i]
         position, velocity, acceleration, jerk = vectors.reshape(4, *t.shape, 3)
@@ -142,6 +141,22 @@ class Trajectory:
             yaw_acceleration_enu_radps2=yaw_acceleration,
             gimbal_pitch_rad=pitch.reshape(t.shape),
         )
+
+    def _rows(self, t_s: FloatArray) -> list[tuple[int, slice | NDArray[np.int64]]]:
+        """Each leg that is flown at some of the times, and at which: slices where they are in order, far cheaper."""
+        inner_s = self._begin_s[1:-1]
+        rows: list[tuple[int, slice | NDArray[np.int64]]]
+        if (t_s[1:] >= t_s[:-1]).all():
+            edges = [0, *np.searchsorted(t_s, inner_s), len(t_s)]
+            rows = [
+                (i, slice(k, min(k + BLOCK, b)))
+                for i, (a, b) in enumerate(pairwise(edges))
+                for k in range(a, b, BLOCK)
+            ]
+        else:
+            which = np.searchsorted(inner_s, t_s, side="right")
+            rows = [(int(i), np.flatnonzero(which == i)) for i in np.unique(which)]
+        return rows
 
     def sampled(self, dt_s: float) -> TrajectoryState:
         """The motion every `dt_s` from 0 on, and in the last row at the very end."""

@@ -41,17 +41,24 @@ def component_at(
     Raises:
         InputError: nothing stands there; the nearest that does is named.
     """
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(standing.astype(np.uint8), connectivity=8)
-    if count < 2:
+    rows, cols = (np.flatnonzero(standing.any(axis=axis)) for axis in (1, 0))
+    if not rows.size:
         raise InputError(f"{request.path}: {nothing}")
+    box = slice(rows[0], rows[-1] + 1), slice(cols[0], cols[-1] + 1)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(standing[box].astype(np.uint8), connectivity=8)
+
+    def piece(label: int) -> NDArray[np.bool_]:
+        whole = np.zeros(standing.shape, dtype=np.bool_)
+        whole[box] = labels == label
+        return whole
+
     if request.at is None:
-        return np.asarray(labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])))
+        return piece(1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])))
     place = frame.to_enu(*request.at, frame.origin.alt_amsl_m)[:2]
     east, north = (float(v) for v in (place - south_west_m) / cell_m)
-    row, col = math.floor(north), math.floor(east)
-    rows, cols = standing.shape
-    if not (0 <= row < rows and 0 <= col < cols) or labels[row, col] == 0:
-        r, c = np.nonzero(labels)
+    row, col = math.floor(north) - rows[0], math.floor(east) - cols[0]
+    if not (0 <= row < labels.shape[0] and 0 <= col < labels.shape[1]) or labels[row, col] == 0:
+        r, c = np.nonzero(labels) + np.array([rows[:1], cols[:1]])
         away = np.hypot(r + 0.5 - north, c + 0.5 - east)
         nearest = int(np.argmin(away))
         x, y = south_west_m + (np.array([c[nearest], r[nearest]]) + 0.5) * cell_m
@@ -60,7 +67,7 @@ def component_at(
             f"{request.path}: no building stands at [{request.at[0]}, {request.at[1]}]; the nearest is {away[nearest] * cell_m:.0f} m away. "
             f"Fix: set [building] at = [{float(lat):.6f}, {float(lon):.6f}] (latitude first)"
         )
-    return np.asarray(labels == labels[row, col])
+    return piece(int(labels[row, col]))
 
 
 def site_about(

@@ -94,6 +94,20 @@ class Site:
         object.__setattr__(self, "building", mask)
 
     @property
+    def building_box(self) -> tuple[slice, slice]:
+        """The rows and columns that hold the building; empty where there is none."""
+        rows, cols = (np.flatnonzero(self.building.any(axis=axis)) for axis in (1, 0))
+        if not rows.size:
+            return slice(0, 0), slice(0, 0)
+        return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(cols[0]), int(cols[-1]) + 1)
+
+    @property
+    def building_top_m(self) -> float:
+        """The height of the building's highest cell; 0 where none stands above the ground."""
+        box = self.building_box
+        return float(self.heights.height_agl_m[box].max(where=self.building[box], initial=0.0))
+
+    @property
     def building_height_m(self) -> FloatArray:
         """Heights of the building's cells, 0 elsewhere."""
         return np.where(self.building, np.maximum(self.heights.height_agl_m, 0.0), 0.0)

@@ -136,9 +136,11 @@ def _heights(solid: SolidDistance) -> FloatArray:
 
 def _deepest(mask: NDArray[np.bool_]) -> tuple[int, int]:
     """Row and column of the place farthest from the edge of `mask`."""
-    depth = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    rows, cols = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    within = np.pad(mask[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1], 1)
+    depth = cv2.distanceTransform(within.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     row, col = np.unravel_index(int(np.argmax(depth)), depth.shape)
-    return int(row), int(col)
+    return int(rows[0] + row - 1), int(cols[0] + col - 1)
 
 
 def _left_out(solid: SolidDistance, mask: NDArray[np.bool_], base_m: float) -> LeftOut:

@@ -16,6 +16,7 @@ transform of the corners is exact for the squares, and there is no half cell to 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -78,13 +79,16 @@ class SolidDistance:
         Just below the height at which a roof drops out, its slice has nearly the roof's own sharp corners;
         with a `corner_radius_m` it keeps that radius until then, which is farther from the roof than need be.
         """
-        drop = self.roof_ratio * np.maximum(0.0, height_m - self.levels_m)
-        near = np.flatnonzero(drop < distance_m)
-        # Of the levels at or above the height, the lowest holds all the others.
-        reaching = near[drop[near] == 0.0]
-        near = near[: near.size - max(0, reaching.size - 1)]
-        radii = np.maximum(np.sqrt(distance_m**2 - drop[near] ** 2), min(corner_radius_m, distance_m))
-        return Slice(tuple(near.tolist()), tuple(radii.tolist()))
+        levels, radii_m = [], []
+        for level, level_m in enumerate(self.levels_m.tolist()):
+            drop_m = self.roof_ratio * max(0.0, height_m - level_m)
+            if drop_m < distance_m:
+                levels.append(level)
+                radius_m = math.sqrt(distance_m**2 - drop_m**2)
+                radii_m.append(max(radius_m, min(corner_radius_m, distance_m)))
+            if drop_m == 0.0:  # of the levels at or above the height, the lowest holds all the others
+                break
+        return Slice(tuple(levels), tuple(radii_m))
 
     def excess_m(self, cut: Slice) -> NDArray[np.float32]:
         """How far outside of the slice, in plan, each corner of the grid is; not above 0 inside."""
@@ -100,24 +104,26 @@ def solid_distance(site: Site, *, reach_m: float) -> SolidDistance:
     Raises:
         InputError: no cell of the building stands above the ground.
     """
-    heights = site.building_height_m
+    box = site.building_box
+    heights = np.where(site.building[box], np.maximum(site.heights.height_agl_m[box], 0.0), 0.0)
     rows, cols = np.nonzero(heights > 0.0)
     if rows.size == 0:
         raise InputError("no cell of the building stands above the ground, so there is nothing to fly around")
     cell_m = site.heights.cell_m
     pad = int(np.ceil(reach_m / cell_m)) + 2
     block = np.pad(heights[rows.min() : rows.max() + 1, cols.min() : cols.max() + 1], pad + 1)
-    first = np.array([cols.min() - pad, rows.min() - pad])
+    first = np.array([box[1].start + cols.min() - pad, box[0].start + rows.min() - pad])
     return _of_block(block, cell_m, site.heights.origin_enu_m + first * cell_m)
 
 
 def obstacle_distance(site: Site, solid: SolidDistance) -> SolidDistance | None:
     """The distance to all that is not the building, on the grid of `solid`; None where nothing stands there."""
     rows, cols = (side + 1 for side in solid.plan_m.shape[1:])
-    heights, cell_m = site.obstacle_height_m, solid.cell_m
+    cell_m = solid.cell_m
     col, row = np.rint((solid.origin_enu_m - site.heights.origin_enu_m) / cell_m).astype(int) - 1
     block = np.zeros((rows, cols))
-    there = heights[max(0, row) : max(0, row + rows), max(0, col) : max(0, col + cols)]
+    box = slice(max(0, row), max(0, row + rows)), slice(max(0, col), max(0, col + cols))
+    there = np.where(site.building[box], 0.0, np.maximum(site.heights.height_agl_m[box], 0.0))
     south, west = max(0, -row), max(0, -col)
     block[south : south + there.shape[0], west : west + there.shape[1]] = there
     return _of_block(block, cell_m, solid.origin_enu_m) if block.any() else None

@@ -133,7 +133,9 @@ def clearance_figures(
 
 def blur_figure(sight: Sight, states: TrajectoryState, camera: Camera, allowed_px: float) -> LimitFigure:
     """By how much a picture smears, at its middle and at the distance that the leg keeps, at the worst moment."""
-    pitch = np.stack([states.gimbal_pitch_rad, np.gradient(states.gimbal_pitch_rad, states.t_s)])
+    pitch = np.zeros((2, len(states.t_s)))
+    if states.gimbal_pitch_rad.any():
+        pitch[:] = states.gimbal_pitch_rad, np.gradient(states.gimbal_pitch_rad, states.t_s)
     yaw = np.stack([states.yaw_enu_rad, states.yaw_rate_enu_radps])
     passing_mps = sight.passing(states.velocity_enu_mps, yaw, pitch)
     smeared_px = passing_mps * camera.blur_px(sight.distance_m, 1.0)
@@ -152,7 +154,8 @@ def ceiling_figure(state: TrajectoryState, ceiling_m: float) -> LimitFigure:
 
 
 def _norms(vectors: FloatArray) -> FloatArray:
-    lengths: FloatArray = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    squares = vectors * vectors
+    lengths: FloatArray = np.sqrt(squares[:, 0] + squares[:, 1] + squares[:, 2])
     return lengths
 
 

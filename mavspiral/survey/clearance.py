@@ -89,15 +89,18 @@ def measure_clearance(
     Each distance is that of the whole straight way to the next sample, so nothing slips between two.
     """
     everything = Solids.of_map(site.heights)
-    building, obstacles = (_part(everything, site, building=wanted) for wanted in (True, False))
     run_on_enu_m = run_on_m(state.velocity_enu_mps, reaction_s, braking_mps2)
     place_enu_m = state.position_enu_m
     onward_enu_m = np.diff(place_enu_m, axis=0, append=place_enu_m[-1:])
+    building_m, obstacle_m = (
+        np.full(len(place_enu_m), np.inf) if part is None else part.distance_m(place_enu_m, onward_enu_m)
+        for part in _building_and_obstacles(everything, site)
+    )
     return Clearance(
         t_s=state.t_s,
         position_enu_m=place_enu_m,
-        building_m=building.distance_m(place_enu_m, onward_enu_m),
-        obstacle_m=obstacles.distance_m(place_enu_m, onward_enu_m),
+        building_m=building_m,
+        obstacle_m=obstacle_m,
         straight_on_m=everything.distance_m(place_enu_m, run_on_enu_m),
     )
 
@@ -108,10 +111,14 @@ def run_on_m(velocity_enu_mps: FloatArray, reaction_s: float, braking_mps2: floa
     return np.asarray(velocity_enu_mps * (reaction_s + speed_mps / (2 * braking_mps2)))
 
 
-def _part(everything: Solids, site: Site, *, building: bool) -> Solids:
-    """The solids of the building, or all others."""
+def _building_and_obstacles(everything: Solids, site: Site) -> tuple[Solids | None, Solids | None]:
+    """The solids of the building, and all others; None where there are none."""
     col, row = np.rint((everything.origin_enu_m - site.heights.origin_enu_m) / everything.cell_m).astype(int)
     rows, cols = everything.height_agl_m.shape
-    mask = site.building[row : row + rows, col : col + cols] == building
-    heights_m = np.where(mask, everything.height_agl_m, 0.0)
-    return Solids.of(heights_m, everything.cell_m, everything.origin_enu_m)
+    mask = site.building[row : row + rows, col : col + cols]
+    both = (np.where(own, everything.height_agl_m, 0.0) for own in (mask, ~mask))
+    building, others = (
+        Solids.of(heights_m, everything.cell_m, everything.origin_enu_m) if heights_m.any() else None
+        for heights_m in both
+    )
+    return (everything if others is None else building), others

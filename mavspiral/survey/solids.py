@@ -39,14 +39,16 @@ class Solids:
         heights, origin = _cropped(np.asarray(height_agl_m, dtype=np.float64), cell_m, origin_enu_m)
         heights = locked(heights, shape=(None, None), name="height_agl_m")
         side = 1 << max(heights.shape[0] - 1, heights.shape[1] - 1, 0).bit_length()
-        level = np.zeros((side, side))
-        level[: heights.shape[0], : heights.shape[1]] = heights
-        levels = [level.ravel()]
+        pyramid = np.zeros((4 * side * side - 1) // 3)
+        above = pyramid[-side * side :].reshape(side, side)
+        above[: heights.shape[0], : heights.shape[1]] = heights
         while side > 1:
+            pairs = np.maximum(above[::2], above[1::2])
             side //= 2
-            level = level.reshape(side, 2, side, 2).max(axis=(1, 3))
-            levels.append(level.ravel())
-        pyramid = locked(np.concatenate(levels[::-1]), shape=(None,), name="pyramid")
+            first = (side * side - 1) // 3
+            above = pyramid[first : first + side * side].reshape(side, side)
+            np.maximum(pairs[:, ::2], pairs[:, 1::2], out=above)
+        pyramid.setflags(write=False)
         return cls(heights, float(cell_m), locked(origin, shape=(2,), name="origin_enu_m"), pyramid)
 
     @classmethod
@@ -98,17 +100,6 @@ def _distance2(p: FloatArray, w: FloatArray, s: float, box: FloatArray) -> float
 
 
 @njit(cache=True)
-def _bounds_distance2(p: FloatArray, w: FloatArray, box: FloatArray) -> float:
-    """The squared distance of the way's own bounding box to the box: never more than the way's, and cheap."""
-    distance2 = 0.0
-    for c in range(3):
-        low, high = min(p[c], p[c] + w[c]), max(p[c], p[c] + w[c])
-        gap = max(box[2 * c] - high, low - box[2 * c + 1], 0.0)
-        distance2 += gap * gap
-    return distance2
-
-
-@njit(cache=True)
 def _way_distance2(p: FloatArray, w: FloatArray, box: FloatArray) -> float:
     """The least squared distance of p + s·w, s in [0, 1], to the box.
 
@@ -152,37 +143,54 @@ def _distances(
     near_r = near_c = -1
     for k in range(len(positions)):
         p, w = positions[k], sweeps[k]
+        # Two distances that the way's own is never less than, and cheap: its bounding box's and, beside it in plan, its line's.
+        west, east = min(p[0], p[0] + w[0]), max(p[0], p[0] + w[0])
+        south, north = min(p[1], p[1] + w[1]), max(p[1], p[1] + w[1])
+        low = min(p[2], p[2] + w[2])
+        length = max(math.sqrt(w[0] * w[0] + w[1] * w[1]), 1e-12)
+        nx, ny = -w[1] / length, w[0] / length
+        line, half_width = nx * p[0] + ny * p[1], 0.5 * (abs(nx) + abs(ny))
         best = math.inf
-        for warm in range(2):
-            if warm == 0:
-                if near_r < 0:
-                    continue
-                stack[0, 0], stack[0, 1], stack[0, 2] = levels, near_r, near_c
-            else:
-                stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, 0
-            top = 1
-            while top > 0:
-                top -= 1
-                level, r, c = stack[top]
-                height = pyramid[((1 << (2 * level)) - 1) // 3 + (r << level) + c]
-                if height <= 0.0:
-                    continue
-                size = cell * (1 << (levels - level))
-                box[0], box[1] = origin[0] + c * size, origin[0] + (c + 1) * size
-                box[2], box[3] = origin[1] + r * size, origin[1] + (r + 1) * size
-                box[5] = height
-                if _bounds_distance2(p, w, box) >= best:
-                    continue
+        if near_r >= 0:
+            _place(box, origin, cell, near_r, near_c)
+            box[5] = pyramid[((1 << (2 * levels)) - 1) // 3 + (near_r << levels) + near_c]
+            best = _way_distance2(p, w, box)
+        stack[0] = 0
+        top = 1
+        while top > 0:
+            top -= 1
+            level, r, c = stack[top]
+            height = pyramid[((1 << (2 * level)) - 1) // 3 + (r << level) + c]
+            if height <= 0.0:
+                continue
+            size = cell * (1 << (levels - level))
+            _place(box, origin, size, r, c)
+            box[5] = height
+            across = max(box[0] - east, west - box[1], 0.0)
+            along = max(box[2] - north, south - box[3], 0.0)
+            over = max(low - height, 0.0)
+            if across * across + along * along + over * over >= best:
+                continue
+            middle = nx * (box[0] + 0.5 * size) + ny * (box[2] + 0.5 * size)
+            beside = max(abs(middle - line) - half_width * size, 0.0)
+            if beside * beside + over * over >= best:
+                continue
+            if level == levels:
                 distance2 = _way_distance2(p, w, box)
-                if distance2 >= best:
-                    continue
-                if level == levels:
+                if distance2 < best:
                     best, near_r, near_c = distance2, r, c
-                    continue
-                for child in range(4):
-                    stack[top, 0] = level + 1
-                    stack[top, 1] = 2 * r + child // 2
-                    stack[top, 2] = 2 * c + child % 2
-                    top += 1
+                continue
+            for child in range(4):
+                stack[top, 0] = level + 1
+                stack[top, 1] = 2 * r + child // 2
+                stack[top, 2] = 2 * c + child % 2
+                top += 1
         distances[k] = math.sqrt(best)
     return distances
+
+
+@njit(cache=True)
+def _place(box: FloatArray, origin: FloatArray, size: float, r: int, c: int) -> None:
+    """Where the box stands of the node in row r and column c of its level."""
+    box[0], box[1] = origin[0] + c * size, origin[0] + (c + 1) * size
+    box[2], box[3] = origin[1] + r * size, origin[1] + (r + 1) * size
