@@ -100,9 +100,7 @@ def _demand(
     return ratios
 
 
-def _laws(
-    table: FloatArray, du: float, limits: Limits, blur: FloatArray
-) -> Iterator[TimeLaw]:
+def _laws(table: FloatArray, du: float, limits: Limits, blur: FloatArray) -> Iterator[TimeLaw]:
     """Laws within the limits at their knots, on the whole ever faster, until that no longer pays."""
     bounds = np.array(astuple(limits))
     caps = kernels.rate_caps(table, bounds)

@@ -144,7 +144,9 @@ def blur_figure(sight: Sight, states: TrajectoryState, camera: Camera, allowed_p
 
 def gimbal_figure(state: TrajectoryState) -> LimitFigure:
     """How fast the gimbal has to tilt the camera, against what every gimbal follows."""
-    rate_radps = np.abs(np.gradient(state.gimbal_pitch_rad, state.t_s))
+    rate_radps = np.zeros(len(state.t_s))
+    if state.gimbal_pitch_rad.any():
+        rate_radps = np.abs(np.gradient(state.gimbal_pitch_rad, state.t_s))
     return _figure("gimbal rate", "rad/s", rate_radps, GIMBAL_RADPS, state.t_s, state.position_enu_m)
 
 
