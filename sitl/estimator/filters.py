@@ -11,7 +11,7 @@ from filterpy.kalman import ExtendedKalmanFilter
 from sitl.estimator.model import PREDICT_S, STATES, inject, predict_covariance, transition
 from sitl.kernels import FloatArray, kernel
 
-__all__ = ["KernelFilter", "StockFilter", "worst_ratio"]
+__all__ = ["KernelFilter", "StockFilter", "gated_update", "worst_ratio"]
 
 
 @kernel
@@ -86,7 +86,7 @@ def worst_ratio(P: FloatArray, residual: FloatArray, H: FloatArray, R: FloatArra
 
 
 @kernel
-def _fuse(
+def gated_update(
     navs: np.ndarray,
     x: FloatArray,
     P: FloatArray,
@@ -96,6 +96,7 @@ def _fuse(
     R: FloatArray,
     gate: float,
 ) -> bool:
+    """Move the nominal state by an update; not if a component lies beyond `gate` sigmas."""
     residual = z - expected
     if worst_ratio(P, residual, H, R) > gate * gate:
         return False
@@ -129,7 +130,7 @@ class KernelFilter(ExtendedKalmanFilter):  # type: ignore[misc]
 
     def fuse(self, z: FloatArray, expected: FloatArray, H: FloatArray, R: FloatArray, gate: float) -> bool:
         """Move the nominal state by an update, in one call; not if a component lies beyond `gate` sigmas."""
-        return bool(_fuse(self._nav, self.x, self.P, z, expected, H, R, gate))
+        return bool(gated_update(self._nav, self.x, self.P, z, expected, H, R, gate))
 
 
 class StockFilter(ExtendedKalmanFilter):  # type: ignore[misc]
