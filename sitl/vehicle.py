@@ -151,7 +151,7 @@ class Vehicle:
     @params.setter
     def params(self, params: Params) -> None:
         self._params = self._ekf.params = params
-        self._known = None
+        self._forget_beliefs()
         set_gains(self._brain["gains"], params, self.config.airframe)
 
     def advance(self, until_us: int, demand: Demand) -> None:

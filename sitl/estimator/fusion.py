@@ -106,8 +106,9 @@ def _settle_fix(
     if book.rejected >= RESET_AFTER:
         reset_to(navs, P, sheet.fix_variance, z)
         book.rejected, book.fix_frame = 0, frame
-    book.heights += 1
-    share = max(1.0 / book.heights, FIX_S / BARO_BIAS_TIME_S)
+    heights: int = book.heights + 1
+    book.heights = heights
+    share = max(1.0 / heights, FIX_S / BARO_BIAS_TIME_S)
     book.baro_bias_m += share * (book.baro_alt_m - (book.origin[2] - z[2]) - book.baro_bias_m)
 
 
