@@ -40,7 +40,6 @@ from sitl.compiling import compiled_beside
 from sitl.faults import Fault, parse_fault
 from sitl.params import Params
 from sitl.rotation import to_yaw
-from sitl.signals import Estimate, TruthState
 from sitl.signals import GeoPoint as VehiclePoint
 from sitl.simulator import Simulator, SimulatorConfig
 from sitl.vehicle import VehicleConfig
@@ -256,24 +255,26 @@ class _Witness:
 
     def __init__(self, simulator: Simulator) -> None:
         self.simulator = simulator
-        self._truths: list[TruthState] = []
-        self._beliefs: list[Estimate] = []
+        self._seen: list[tuple[int | FloatArray, ...]] = []
 
     def note(self) -> None:
         """Take the present state."""
-        self._truths.append(self.simulator.truth)
-        self._beliefs.append(self.simulator.report.estimate)
+        truth, belief = self.simulator.truth, self.simulator.report.estimate
+        place, speed, q = truth.position_ned_m, truth.velocity_ned_mps, truth.q_ned_frd
+        self._seen.append(
+            (truth.time_us, place, speed, q, belief.position_ned_m, belief.position_variance_m2)
+        )
 
     def columns(self) -> dict[str, FloatArray]:
         """What was noted: `time_us`, then truth in NED about home, then what was believed about the EKF's origin."""
-        truths, beliefs = self._truths, self._beliefs
+        time_us, position, velocity, q, believed, variance = map(np.array, zip(*self._seen, strict=True))
         return {
-            "time_us": np.array([truth.time_us for truth in truths]),
-            "position_ned_m": np.array([truth.position_ned_m for truth in truths]),
-            "velocity_ned_mps": np.array([truth.velocity_ned_mps for truth in truths]),
-            "yaw_ned_rad": np.array([to_yaw(tuple(truth.q_ned_frd.tolist())) for truth in truths]),
-            "believed_ned_m": np.array([belief.position_ned_m for belief in beliefs]),
-            "variance_ned_m2": np.array([belief.position_variance_m2 for belief in beliefs]),
+            "time_us": time_us,
+            "position_ned_m": position,
+            "velocity_ned_mps": velocity,
+            "yaw_ned_rad": np.array([to_yaw(tuple(one)) for one in q.tolist()]),
+            "believed_ned_m": believed,
+            "variance_ned_m2": variance,
         }
 
 

@@ -7,6 +7,7 @@ origin for truth (the place where the vehicle stands at time zero) and to the EK
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -47,8 +48,7 @@ class GeoPoint:
     alt_amsl_m: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TruthState:
+class TruthState(NamedTuple):
     """What really is. Passed to `physics` only (and to whoever judges the flight from outside)."""
 
     time_us: int
@@ -100,8 +100,7 @@ class MagSample:
     field_frd_gauss: FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Estimate:
+class Estimate(NamedTuple):
     """What the vehicle believes. Variances are diagonal entries, in NED and in squared units."""
 
     time_us: int

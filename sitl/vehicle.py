@@ -133,7 +133,7 @@ class Vehicle:
         self._frame = 0
         self._demand: Demand | None = None
         self._received = True
-        self._believed: Estimate | None = None
+        self._forget_beliefs()
         self._set_faults(config.faults)
         self.params = config.params
 
@@ -150,16 +150,16 @@ class Vehicle:
     @params.setter
     def params(self, params: Params) -> None:
         self._params = self._ekf.params = params
+        self._forget_beliefs()
         set_gains(self._brain["gains"], params, self.config.airframe)
 
     def advance(self, until_us: int, demand: Demand) -> None:
         """Live until `until_us`, which is rounded down to whole frames, under one demand."""
-        old = self._demand
-        if old is None or (demand.setpoint, demand.armed, demand.idle) != (old.setpoint, old.armed, old.idle):
+        if demand is not self._demand:
             set_demand(self._brain["demand"], demand)
-        self._demand = demand
+            self._demand = demand
         world, brain, noise, ekf = self._world, self._brain, self._noise, self._ekf
-        self._believed = None
+        self._forget_beliefs()
         for frame in range(self._frame, until_us // FRAME_US):
             if frame % BLOCK_FRAMES == 0:
                 self._draw()
@@ -204,6 +204,10 @@ class Vehicle:
         b.setflags(write=False)
         return TruthState(self.time_us, b[0:3], b[3:6], b[6:10], b[10:13], b[13:17])
 
+    def _forget_beliefs(self) -> None:
+        self._believed: Estimate | None = None
+        self._known: bool | None = None
+
     @property
     def estimate(self) -> Estimate:
         """What it believes now."""
@@ -225,8 +229,11 @@ class Vehicle:
     @property
     def knows_position(self) -> bool:
         """Whether position rests on fixes, or on fresh dead reckoning within COM_POS_FS_EPH (PX4's eph)."""
-        ekf = self._ekf
-        return ekf.fixes_fresh(self._frame) and ekf.eph_m2 <= self._params["COM_POS_FS_EPH"] ** 2
+        if self._known is None:
+            ekf = self._ekf
+            fresh = ekf.fixes_fresh(self._frame)
+            self._known = fresh and ekf.eph_m2 <= self._params["COM_POS_FS_EPH"] ** 2
+        return self._known
 
     @property
     def fix_age_us(self) -> int:
@@ -353,7 +360,7 @@ class Vehicle:
             generator.bit_generator.state = saved_state
         self._params = self._ekf.params = state.params
         self._demand = state.demand
-        self._believed = None
+        self._forget_beliefs()
         self._ekf.resume()
         self._frame = int(self._nav["frame"])
         self._set_faults(state.faults)

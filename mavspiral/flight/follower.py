@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from operator import sub
 
 from mavspiral.flight.feedforward import DRAG_TYPICAL_PER_S, compensated, learned_drag
 from mavspiral.flight.governor import GovernorLimits, Pace, advance, wanted_rate
@@ -64,13 +65,15 @@ class Follower:
     def heard(self, vehicle_us: float, position_ned_m: Triple) -> None:
         """Take in where the vehicle was at `vehicle_us`, and how far that was from the reference then."""
         ago_s = (self._vehicle_us - vehicle_us) * 1e-6
-        then = self.reference.at(self.pace.path_t_s - self.pace.rate * ago_s)
-        self.error_m = math.dist(then.position_ned_m, position_ned_m)
-        self._speed_mps = math.hypot(*then.velocity_ned_mps)
+        pace = self.pace
+        meant, velocity, *_ = self.reference.at(pace.path_t_s - pace.rate * ago_s)
+        self.error_m = math.dist(meant, position_ned_m)
+        self._speed_mps = math.hypot(*velocity)
         dt_s, self._heard_us = (vehicle_us - self._heard_us) * 1e-6, vehicle_us
-        if self._feels_drag and self.pace.rate == 1.0 and self._speed_mps > 0.0:
-            ways = zip(then.position_ned_m, position_ned_m, then.velocity_ned_mps, strict=True)
-            lag_m = sum((meant - is_at) * v for meant, is_at, v in ways) / self._speed_mps
+        if self._feels_drag and pace.rate == 1.0 and self._speed_mps > 0.0:
+            off_n, off_e, off_d = map(sub, meant, position_ned_m)
+            v_n, v_e, v_d = velocity
+            lag_m = (off_n * v_n + off_e * v_e + off_d * v_d) / self._speed_mps
             self.drag_per_s = learned_drag(self.drag_per_s, lag_m, self._speed_mps, dt_s)
 
     def advance(self, vehicle_us: float, *, longest_s: float, hold: bool) -> Target:

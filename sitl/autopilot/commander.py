@@ -67,6 +67,7 @@ class Commander:
         self.parameters = parameters
         self._loss_scale = loss_scale
         self._state = CommanderState()
+        self._flying = Demand(armed=True, idle=False, setpoint=NOTHING)
 
     @property
     def armed(self) -> bool:
@@ -168,7 +169,9 @@ class Commander:
             state.setpoint = state.steering
         else:
             state.setpoint = proceed(state, condition, dt_s, self.parameters)
-        return Demand(armed=True, idle=False, setpoint=state.setpoint)
+        if state.setpoint is not self._flying.setpoint:
+            self._flying = Demand(armed=True, idle=False, setpoint=state.setpoint)
+        return self._flying
 
     def status(self, condition: Condition) -> FlightStatus:
         """What the commander says of itself."""

@@ -38,8 +38,10 @@ def commands_every_axis(setpoint: Setpoint) -> bool:
         return True
     kinds = (setpoint.position_ned_m, setpoint.velocity_ned_mps, setpoint.acceleration_ned_mps2)
     horizontal = vertical = False
+    finite = math.isfinite
     for kind in kinds:
-        north, east, down = map(math.isfinite, kind.tolist())
+        north_m, east_m, down_m = kind.tolist()
+        north, east, down = finite(north_m), finite(east_m), finite(down_m)
         if north != east:
             return False
         horizontal |= north

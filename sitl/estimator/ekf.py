@@ -13,6 +13,20 @@ import numpy as np
 
 from sitl.airframe import Receiver, Senses
 from sitl.estimator.filters import KernelFilter
+from sitl.estimator.fusion import (
+    ALONE_FRAMES,
+    BARO,
+    BARO_BIAS_TIME_S,
+    BOOK,
+    FIX_S,
+    MAG,
+    PLACE,
+    RESET_AFTER,
+    SHEET,
+    SPEED,
+    fuse_frame,
+    reset_to,
+)
 from sitl.estimator.model import (
     HAS_BARO,
     HAS_FIX,
@@ -37,30 +51,12 @@ if TYPE_CHECKING:
 __all__ = ["BOOK", "Ekf"]
 
 ALIGN_FRAMES = 100
-_RESET_AFTER = 70  # fixes, 7 s: PX4's reset_timeout_max
 _DEAD_RECKONING_FRAMES = 500  # PX4's EKF2_NOAID_TOUT, 5 s
-_BARO_BIAS_TIME_S = 30.0
 _BARO_DRIFT_TIME_S = 300.0
-_FIX_S = 0.1
-_ALONE_FRAMES = 100  # so long without fixes, and the height is the barometer's, which drifts
 _TURN_TIME_S = 3.0
 """A turn takes about this long: over it an error of scale is no noise but adds up."""
 _PLACE_H, _SPEED_H = np.eye(3, STATES), np.eye(3, STATES, 3)
 _BARO_H = -np.eye(1, STATES, 2)
-
-BOOK = np.dtype(
-    [
-        ("origin", "f8", 3),  # lat_deg, lon_deg, alt_amsl_m
-        ("baro_bias_m", "f8"),
-        ("baro_alt_m", "f8"),
-        ("heights", "i8"),  # from which the barometer's offset was learnt
-        ("rejected", "i8"),  # fixes in a row
-        ("fix_frame", "i8"),  # of the last fix that was used
-        ("aligning", "i8"),  # frames that were averaged
-        ("sum", "f8", 9),  # specific force, rate, field
-    ]
-)
-"""What the estimator remembers beside the filter."""
 
 
 def _stock_filter(nav: np.ndarray, noise: FloatArray) -> StockFilter:
@@ -75,7 +71,8 @@ class Ekf:
     `nav` is shared with the kernels that carry the nominal state; `field_ned_gauss` is what its map says of
     the place. Position is tracked in the receiver's frame, which wanders: the wander's speed is process
     noise, its size is added to the position's variance where that is reported. So is the barometer's drift
-    while its height is all that there is.
+    while its height is all that there is. A frame is one kernel (`fusion`), or `stepwise` the same by single
+    updates of `filter`, which may be filterpy's own.
     """
 
     def __init__(
@@ -89,7 +86,8 @@ class Ekf:
         origin_offset_ned_m: Triple,
         stock: bool,
     ) -> None:
-        self.nav, self.book, self.params = nav, np.zeros(1, BOOK), params
+        self.nav, self.book, self.sheet = nav, np.zeros(1, BOOK), np.zeros(1, SHEET)
+        self.stepwise = stock
         r = receiver
         self._fix_sigma = np.array([r.white_h_m, r.white_h_m, r.white_v_m, *[r.speed_mps] * 3])
         self.wander_variance_m2 = np.array([r.wander_h_m, r.wander_h_m, r.wander_v_m]) ** 2
@@ -100,11 +98,14 @@ class Ekf:
         nav["scale_noise_s"] = s.gyro_scale**2 * _TURN_TIME_S
         noise[:3] = 2.0 * self.wander_variance_m2 / receiver.wander_time_s * PREDICT_S
         self.filter = _stock_filter(nav, noise) if stock else KernelFilter(nav, noise)
+        self._work = np.zeros((STATES, STATES))
         self._senses, self._offset = senses, origin_offset_ned_m
         self._field = np.array(field_ned_gauss)
         self._place_R, self._speed_R = np.diag(self._fix_sigma[:3] ** 2), np.diag(self._fix_sigma[3:] ** 2)
         self._baro_R = np.array([[s.baro_noise_m**2 + s.baro_drift_m**2]])
         self._mag_R = np.eye(3) * s.mag_noise_gauss**2
+        self._write_sheet(noise)
+        self.params = params
         self._b, self._fix_frame = self.book[0], self.book["fix_frame"]
         n = nav[0]
         self._fix, self._baro, self._mag, self._imu = n["fix"], n["baro_alt_m"], n["mag"], n["imu"]
@@ -118,37 +119,58 @@ class Ekf:
             if frame > HORIZON_FRAMES:
                 self._align(frame, slot, has)
             return
-        self.filter.predict()
-        if not has:
+        x, P = self.filter.x, self.filter.P
+        if not self.stepwise:
+            fuse_frame(self.nav, self.book, self.sheet, x, P, self._work, frame, has)
             return
+        self.filter.predict()
         if has & HAS_FIX:
             self._fuse_fix(frame, slot)
         if has & HAS_BARO:
             self._fuse_baro(slot)
         if has & HAS_MAG:
             expected, H = mag_expected(self._q, self._field), mag_jacobian(self._q, self._field)
-            self.filter.fuse(self._mag[slot], expected, H, self._mag_R, self.params["EKF2_MAG_GATE"])
-        catch_up(self.nav)
+            self.filter.fuse(self._mag[slot], expected, H, self._mag_R, self._gate[MAG])
+        if has:
+            catch_up(self.nav)
+
+    @property
+    def params(self) -> Params:
+        """PX4's parameters that it obeys; assign to change them."""
+        return self._params
+
+    @params.setter
+    def params(self, params: Params) -> None:
+        self._params, gate = params, self._gate
+        gate[SPEED], gate[PLACE] = params["EKF2_GPS_V_GATE"], params["EKF2_GPS_P_GATE"]
+        gate[BARO], gate[MAG] = params["EKF2_BARO_GATE"], params["EKF2_MAG_GATE"]
+
+    def _write_sheet(self, noise: FloatArray) -> None:
+        sheet, senses = self.sheet[0], self._senses
+        sheet["process_noise"], sheet["field_ned_gauss"] = noise, self._field
+        sheet["fix_variance"], sheet["baro_variance_m2"] = self._fix_sigma**2, self._baro_R[0, 0]
+        sheet["baro_drift_m2"], sheet["mag_variance_gauss2"] = senses.baro_drift_m**2, self._mag_R[0, 0]
+        self._gate = sheet["gate"]
 
     def _fuse_fix(self, frame: int, slot: int) -> None:
-        book, fix = self._b, self._fix[slot]
+        book, gate, fix = self._b, self._gate, self._fix[slot]
         lat, lon, alt = book["origin"].tolist()
         z = np.array([*ned_of_geodetic((lat, lon, alt), tuple(fix[:3].tolist())), *fix[3:].tolist()])
-        params, pose, fuse = self.params, self._pose, self.filter.fuse
-        if frame - book["fix_frame"] > _ALONE_FRAMES:
+        pose, fuse = self._pose, self.filter.fuse
+        if frame - book["fix_frame"] > ALONE_FRAMES:
             self.filter.P[2, 2] += self._senses.baro_drift_m**2
-        moved = fuse(z[3:], pose[3:], _SPEED_H, self._speed_R, params["EKF2_GPS_V_GATE"])
-        placed = fuse(z[:3], pose[:3], _PLACE_H, self._place_R, params["EKF2_GPS_P_GATE"])
+        moved = fuse(z[3:], pose[3:], _SPEED_H, self._speed_R, gate[SPEED])
+        placed = fuse(z[:3], pose[:3], _PLACE_H, self._place_R, gate[PLACE])
         book["rejected"] = 0 if placed else book["rejected"] + 1
-        if book["rejected"] >= _RESET_AFTER:
-            self._reset_to(z)
+        if book["rejected"] >= RESET_AFTER:
+            reset_to(self.nav, self.filter.P, self._fix_sigma**2, z)
             book["rejected"] = 0
             placed = True
         if placed or moved:
             book["fix_frame"] = frame
         # The barometer's offset is learnt from fixes, never from the filter, which would confirm itself.
         book["heights"] += 1
-        share = max(1.0 / book["heights"], _FIX_S / _BARO_BIAS_TIME_S)
+        share = max(1.0 / book["heights"], FIX_S / BARO_BIAS_TIME_S)
         book["baro_bias_m"] += share * (book["baro_alt_m"] - (alt - z[2]) - book["baro_bias_m"])
 
     def _fuse_baro(self, slot: int) -> None:
@@ -160,15 +182,8 @@ class Ekf:
             np.array([-self._pose[2]]),
             _BARO_H,
             self._baro_R,
-            self.params["EKF2_BARO_GATE"],
+            self._gate[BARO],
         )
-
-    def _reset_to(self, z: FloatArray) -> None:
-        """Believe the fix: position and velocity start anew from it."""
-        P = self.filter.P
-        P[:6, :], P[:, :6] = 0.0, 0.0
-        P[range(6), range(6)] = self._fix_sigma**2
-        self._pose[:] = z
 
     def _align(self, frame: int, slot: int, has: int) -> None:
         """Average the standing vehicle's senses; start at the first fix after ALIGN_FRAMES."""
@@ -223,9 +238,9 @@ class Ekf:
         a Gauss-Markov process now against an exponential mean of it then.
         """
         lost_frames = frame - self._fix_frame.item()
-        if lost_frames <= _ALONE_FRAMES:
+        if lost_frames <= ALONE_FRAMES:
             return self.wander_variance_m2
-        share = _BARO_DRIFT_TIME_S / (_BARO_DRIFT_TIME_S + _BARO_BIAS_TIME_S)
+        share = _BARO_DRIFT_TIME_S / (_BARO_DRIFT_TIME_S + BARO_BIAS_TIME_S)
         kept = math.exp(-lost_frames * PREDICT_S / _BARO_DRIFT_TIME_S)
         drift_m2 = self._senses.baro_drift_m**2 * (1.0 + share - 2.0 * kept * share)
         north_m2, east_m2, down_m2 = self.wander_variance_m2.tolist()

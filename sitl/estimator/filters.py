@@ -10,7 +10,7 @@ import numpy as np
 from sitl.estimator.model import PREDICT_S, STATES, inject, predict_covariance
 from sitl.kernels import FloatArray, kernel
 
-__all__ = ["KernelFilter", "worst_ratio"]
+__all__ = ["KernelFilter", "gated_update", "worst_ratio"]
 
 
 @kernel
@@ -85,7 +85,7 @@ def worst_ratio(P: FloatArray, residual: FloatArray, H: FloatArray, R: FloatArra
 
 
 @kernel
-def _fuse(
+def gated_update(
     navs: np.ndarray,
     x: FloatArray,
     P: FloatArray,
@@ -95,6 +95,7 @@ def _fuse(
     R: FloatArray,
     gate: float,
 ) -> bool:
+    """Move the nominal state by an update; not if a component lies beyond `gate` sigmas."""
     residual = np.empty(z.size)
     for a in range(z.size):
         residual[a] = z[a] - expected[a]
@@ -130,4 +131,4 @@ class KernelFilter:
 
     def fuse(self, z: FloatArray, expected: FloatArray, H: FloatArray, R: FloatArray, gate: float) -> bool:
         """Move the nominal state by an update, in one call; not if a component lies beyond `gate` sigmas."""
-        return bool(_fuse(self._nav, self.x, self.P, z, expected, H, R, gate))
+        return bool(gated_update(self._nav, self.x, self.P, z, expected, H, R, gate))

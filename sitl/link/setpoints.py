@@ -29,25 +29,21 @@ def setpoint_of(message: Message, attitude: Callable[[], FloatArray]) -> Setpoin
     or acceleration. In BODY_NED a position is ignored, and a vector with one ignored axis is ignored whole.
     """
     mask = message.type_mask
-    position = message.x, message.y, message.z
-    velocity = message.vx, message.vy, message.vz
-    acceleration = message.afx, message.afy, message.afz
+    told = message[1:10]  # position, velocity, acceleration
     if message.coordinate_frame == _LOCAL_NED:
-        position = _masked(position, mask)
-        velocity = _masked(velocity, mask >> 3)
-        acceleration = _masked(acceleration, mask >> 6)
+        told = _masked(told, mask)
     elif message.coordinate_frame == _BODY_NED:
-        position = _NAN3
         yaw_ned_rad = euler_rad(attitude())[2]
-        velocity = _NAN3 if mask & _VELOCITY_BITS else _turned(_masked(velocity, 0), yaw_ned_rad)
-        acceleration = _NAN3 if mask & _ACCELERATION_BITS else _turned(_masked(acceleration, 0), yaw_ned_rad)
+        velocity = _NAN3 if mask & _VELOCITY_BITS else _turned(_masked(told[3:6], 0), yaw_ned_rad)
+        acceleration = _NAN3 if mask & _ACCELERATION_BITS else _turned(_masked(told[6:9], 0), yaw_ned_rad)
+        told = (*_NAN3, *velocity, *acceleration)
     else:
         return None
-    is_force = mask & _FORCE_BIT and any(map(math.isfinite, acceleration))
-    if is_force or not any(map(math.isfinite, (*position, *velocity, *acceleration))):
+    is_force = mask & _FORCE_BIT and any(map(math.isfinite, told[6:9]))
+    if is_force or not any(map(math.isfinite, told)):
         return None
-    yaw_rad, yaw_rate_radps, _ = _masked((message.yaw, message.yaw_rate, 0.0), mask >> 10)
-    axes = vector((*position, *velocity, *acceleration), 9)
+    yaw_rad, yaw_rate_radps = _masked((message.yaw, message.yaw_rate), mask >> 10)
+    axes = vector(told, 9)
     return Setpoint(axes[0:3], axes[3:6], axes[6:9], yaw_rad, yaw_rate_radps)
 
 
@@ -79,19 +75,16 @@ def attitude_setpoint_of(message: Message) -> Setpoint | None:
     return Setpoint(nothing, nothing, nothing, math.nan, math.nan, attitude)
 
 
-def _masked(values: tuple[float, float, float], mask: int) -> tuple[float, float, float]:
-    """NaN for what the mask's three low bits ignore, and for what is not finite."""
-    x, y, z = values
-    if not mask & 7 and math.isfinite(x + y + z):
+def _masked(values: tuple[float, ...], mask: int) -> tuple[float, ...]:
+    """NaN for what the mask's low bits ignore, the lowest for the first, and for what is not finite."""
+    if not mask & ((1 << len(values)) - 1) and math.isfinite(sum(values)):
         return values
-    return (
-        math.nan if mask & 1 or not math.isfinite(x) else x,
-        math.nan if mask & 2 or not math.isfinite(y) else y,
-        math.nan if mask & 4 or not math.isfinite(z) else z,
+    return tuple(
+        math.nan if mask >> i & 1 or not math.isfinite(value) else value for i, value in enumerate(values)
     )
 
 
-def _turned(values: tuple[float, float, float], yaw_ned_rad: float) -> tuple[float, float, float]:
+def _turned(values: tuple[float, ...], yaw_ned_rad: float) -> tuple[float, float, float]:
     forward, right, down = values
     cos, sin = math.cos(yaw_ned_rad), math.sin(yaw_ned_rad)
     return cos * forward - sin * right, sin * forward + cos * right, down

@@ -120,7 +120,7 @@ def fly(airframe: Airframe, seed: int, seconds: float = 40.0, params: dict | Non
         latest[name] = float(y @ np.linalg.solve(H @ filt.P @ H.T + R, y)) / len(y)
         return fuse(z, expected, H, R, gate)
 
-    filt.fuse = noted
+    filt.fuse, one._ekf.stepwise = noted, True
     flown = Flown([], {name: [] for name in DOF})
     for until_us, order in circle(seconds):
         one.advance(until_us, order)

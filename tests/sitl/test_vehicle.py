@@ -345,6 +345,17 @@ def test_filterpys_own_arithmetic_flies_the_same_path(flying, demand, stormy):
     np.testing.assert_allclose(mine._ekf.filter.P, stock._ekf.filter.P, rtol=1e-6, atol=1e-12)
 
 
+def test_a_frame_of_the_estimator_in_one_kernel_is_to_the_bit_its_single_steps(vehicle, demand, stormy):
+    specs = ("gps_loss@8s+3s", "gps_jump=200m@13s", "mag_disturb=0.3@14s+2s")
+    mine, stepwise = (vehicle(faults=tuple(map(parse_fault, specs)), **stormy) for _ in range(2))
+    stepwise._ekf.stepwise = True
+    for one in (mine, stepwise):
+        one.advance(3_000_000, demand(armed=False))
+        one.advance(24_000_000, demand((3.0, 0.0, -10.0), yaw=0.0))
+    assert mine.estimate.position_ned_m[0] > 100.0, "the fixes were believed at last: it began anew from them"
+    assert everything(mine) == everything(stepwise)
+
+
 def test_parameters_may_change_in_flight(flying, demand):
     one = flying()
     one.params = one.params.replace(MPC_Z_VEL_MAX_UP=0.5)
