@@ -61,7 +61,7 @@ def courts_of(
 
 def enclosed_ground(building: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The cells `(rows, cols)` that are not the building's but enclosed by it."""
-    holes = _holes(np.pad(~building, 1, constant_values=True).astype(np.float32))
+    holes = _holes(np.pad(~building, 1, constant_values=True).astype(np.float32), 0.0)
     enclosed = np.zeros(np.add(building.shape, 2), dtype=np.bool_)
     for hole in holes:
         enclosed |= hole
