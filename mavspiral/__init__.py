@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from mavspiral.closedloop import simulate
     from mavspiral.errors import InputError, LimitError, LinkError, MavspiralError
-    from mavspiral.flown import Flight, LiveFlight
     from mavspiral.frames import GeoPoint, LocalFrame
     from mavspiral.inspection import Inspection
     from mavspiral.live import fly
+    from mavspiral.logbook.flown import Flight, LiveFlight
     from mavspiral.mission import Mission, load_mission
     from mavspiral.motion.trajectory import Trajectory, TrajectoryState
     from mavspiral.planner import plan
@@ -51,11 +51,11 @@ __version__ = "0.1.0"
 
 # Each name is imported when it is asked for: `mavspiral --help` needs none of them.
 _ROOMS = {
-    "Flight": "flown",
+    "Flight": "logbook.flown",
     "GeoPoint": "frames",
     "HeightMap": "shape.heightmap",
     "InputError": "errors",
-    "LiveFlight": "flown",
+    "LiveFlight": "logbook.flown",
     "Inspection": "inspection",
     "LimitError": "errors",
     "LinkError": "errors",

@@ -24,16 +24,16 @@ from mavspiral.flight.outcome import Outcome, SessionConfig
 from mavspiral.flight.plan_upload import MissionLists
 from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
-from mavspiral.flown import Flight, log_along, one_after_the_other, pictures_along
 from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
 from mavspiral.handover import inspection_documents, inspection_missions
 from mavspiral.inspection import Inspection
+from mavspiral.logbook.flown import Flight, log_along, one_after_the_other, pictures_along
+from mavspiral.logbook.progress import captured_shots
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import plan
-from mavspiral.progress import captured_shots
-from mavspiral.sorties import Sortie
 from mavspiral.survey.solids import Solids
+from mavspiral.tour.sorties import Sortie
 from mavspiral.uploads import mission_lists
 from sitl.airframe import load_airframe
 from sitl.compiling import compiled_beside

@@ -21,7 +21,7 @@ from mavspiral.show.rows import flight_rows, plan_rows
 from mavspiral.show.skin import Skin
 
 if TYPE_CHECKING:
-    from mavspiral.flown import Flight, LiveFlight
+    from mavspiral.logbook.flown import Flight, LiveFlight
 
 __all__ = ["write_flight", "write_live", "write_plan"]
 

@@ -10,13 +10,10 @@ from numpy.typing import NDArray
 from mavspiral.arrays import FloatArray
 from mavspiral.brief import camera_of, demand_of, limits_of, pace_of, room_of, sharpness_of
 from mavspiral.errors import LimitError
-from mavspiral.fill_lines import WORTH_SHARE, Filler
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Leg, Trajectory
-from mavspiral.order import quickest_order
-from mavspiral.passes import Pass, flown_in_order, tour_of
+from mavspiral.pieces.fill_lines import WORTH_SHARE, Filler
 from mavspiral.proof import proof_of
-from mavspiral.route import route_of
 from mavspiral.shape.courts import enclosed_ground
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey.certificate import Certificate
@@ -25,7 +22,10 @@ from mavspiral.survey.coverage import Coverage, measure_coverage
 from mavspiral.survey.patches import Patches
 from mavspiral.survey.seeable import Room, with_best_poses
 from mavspiral.survey.shots import Shots, shots_of
-from mavspiral.transit import MARGIN_M, Ways
+from mavspiral.tour.order import quickest_order
+from mavspiral.tour.passes import Pass, flown_in_order, tour_of
+from mavspiral.tour.route import route_of
+from mavspiral.tour.transit import MARGIN_M, Ways
 
 __all__ = ["Draft", "filled", "survey_of"]
 

@@ -24,9 +24,9 @@ from mavspiral.export.thinning import Tolerance, thin
 from mavspiral.inspection import Inspection
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.proof import CLEARANCE_GRID_S
-from mavspiral.sorties import OVERLAP_SHOTS_N, Sortie, shots_on
 from mavspiral.survey.shots import Shots
 from mavspiral.survey.solids import Solids
+from mavspiral.tour.sorties import OVERLAP_SHOTS_N, Sortie, shots_on
 
 __all__ = ["AutoSortie", "Handover", "inspection_documents", "inspection_missions", "mission_warnings"]
 

@@ -20,18 +20,18 @@ from mavspiral.mission import Mission
 from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import Leg, Trajectory
-from mavspiral.passes import Pass, retimed
-from mavspiral.retreat import retreat
-from mavspiral.route import route_of, ways_of
 from mavspiral.shape.heightmap import Site
-from mavspiral.sorties import Sortie, digest_of, plan_sorties, shots_on, stretch
 from mavspiral.survey.certificate import (
     Certificate,
 )
 from mavspiral.survey.clearance import Clearance
 from mavspiral.survey.coverage import Coverage, measure_coverage
 from mavspiral.survey.shots import Shots, flown_shots
-from mavspiral.transit import MARGIN_M, Look, transit_legs
+from mavspiral.tour.passes import Pass, retimed
+from mavspiral.tour.retreat import retreat
+from mavspiral.tour.route import route_of, ways_of
+from mavspiral.tour.sorties import Sortie, digest_of, plan_sorties, shots_on, stretch
+from mavspiral.tour.transit import MARGIN_M, Look, transit_legs
 
 __all__ = ["Inspection"]
 

@@ -20,11 +20,9 @@ from mavspiral.flight.journal import JournalWriter
 from mavspiral.flight.outcome import SessionConfig, Step
 from mavspiral.flight.realtime import drive, open_transport, signer_now
 from mavspiral.flight.session import Session
-from mavspiral.flown import LiveFlight
 from mavspiral.inspection import Inspection
-from mavspiral.mission import Mission
-from mavspiral.planner import plan
-from mavspiral.progress import (
+from mavspiral.logbook.flown import LiveFlight
+from mavspiral.logbook.progress import (
     Flown,
     Progress,
     estimated_shots,
@@ -34,7 +32,9 @@ from mavspiral.progress import (
     progress_of,
     together,
 )
-from mavspiral.recording import Recording
+from mavspiral.logbook.recording import Recording
+from mavspiral.mission import Mission
+from mavspiral.planner import plan
 from mavspiral.survey.solids import Solids
 
 __all__ = ["fly"]

@@ -22,13 +22,13 @@ from mavspiral.errors import LimitError
 from mavspiral.filling import Draft, filled, survey_of
 from mavspiral.inspection import Inspection
 from mavspiral.mission import Mission
-from mavspiral.passes import flown_in_order, tour_of
-from mavspiral.pieces import pieces_of
+from mavspiral.pieces.of_site import pieces_of
 from mavspiral.proof import failures_of, proof_of
-from mavspiral.route import route_of, ways_of
 from mavspiral.shape.readers import read_site
 from mavspiral.survey.patches import patches_of
 from mavspiral.survey.unseen import unseen_lines
+from mavspiral.tour.passes import flown_in_order, tour_of
+from mavspiral.tour.route import route_of, ways_of
 
 __all__ = ["plan"]
 

@@ -10,7 +10,6 @@ from mavspiral.brief import camera_of, limits_of
 from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.trajectory import Trajectory, TrajectoryState, during
-from mavspiral.obstacle import nearest_obstacle
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey.certificate import (
     STRAIGHT_ON,
@@ -22,7 +21,8 @@ from mavspiral.survey.certificate import (
     motion_figures,
 )
 from mavspiral.survey.clearance import Clearance, measure_clearance, run_on_m
-from mavspiral.transit import REACTION_S
+from mavspiral.tour.obstacle import nearest_obstacle
+from mavspiral.tour.transit import REACTION_S
 
 __all__ = ["CLEARANCE_GRID_S", "certificate_of", "failures_of", "proof_of"]
 

@@ -14,17 +14,13 @@ MAVSPIRAL = """
 cli
 deliver
 closedloop live
-flown handover uploads
-progress recording
+logbook handover uploads
 show planner
-inspection filling
-pieces route proof
-courtyards roofs
-spirals roof_ways
-facades
-candidate missed fill_lines
-passes sorties
-order transit obstacle retreat
+filling
+inspection
+proof
+pieces
+tour
 brief
 export flight
 survey

@@ -15,8 +15,8 @@ import numpy as np
 from mavspiral import load_mission, plan
 from mavspiral.closedloop import simulate
 from mavspiral.flight.autopilots import Autopilot
-from mavspiral.flown import Flight
 from mavspiral.inspection import Inspection
+from mavspiral.logbook.flown import Flight
 
 ROOT = Path(__file__).parents[2]
 DIALECTS: tuple[Autopilot, ...] = ("px4", "ardupilot")

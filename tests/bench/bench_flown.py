@@ -21,9 +21,9 @@ from mavspiral import load_mission, plan  # noqa: E402
 from mavspiral.closedloop import simulate  # noqa: E402
 from mavspiral.flight.autopilots import Autopilot  # noqa: E402
 from mavspiral.flight.outcome import State  # noqa: E402
-from mavspiral.flown import Flight  # noqa: E402
 from mavspiral.frames import wrap_rad  # noqa: E402
 from mavspiral.inspection import Inspection  # noqa: E402
+from mavspiral.logbook.flown import Flight  # noqa: E402
 from mavspiral.survey.solids import Solids  # noqa: E402
 
 DIALECTS: tuple[Autopilot, ...] = ("px4", "ardupilot")

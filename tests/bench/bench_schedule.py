@@ -49,7 +49,7 @@ def flight(seconds: float) -> tuple[np.ndarray, str]:
     from mavspiral.flight.outcome import SessionConfig
     from mavspiral.flight.realtime import drive, open_transport
     from mavspiral.flight.session import Session
-    from mavspiral.recording import Recording
+    from mavspiral.logbook.recording import Recording
 
     inspection = plan(load_mission(ROOT / "missions" / "kiosk.toml"))
     instance = random.randrange(20, 240)

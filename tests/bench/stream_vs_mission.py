@@ -13,9 +13,9 @@ import numpy as np
 
 from mavspiral import load_mission, plan
 from mavspiral.closedloop import Via, simulate
-from mavspiral.flown import Flight, log_along
 from mavspiral.frames import wrap_rad
 from mavspiral.handover import inspection_missions
+from mavspiral.logbook.flown import Flight, log_along
 from mavspiral.motion.nearest import path_times_s
 
 ROOT = Path(__file__).parents[2]

@@ -14,7 +14,7 @@ import pytest
 from pymavlink import mavutil
 
 from mavspiral.flight.journal import read_journal
-from mavspiral.progress import progress_of
+from mavspiral.logbook.progress import progress_of
 from mavspiral.survey.solids import Solids
 
 ROOT = Path(__file__).parents[2]

@@ -12,7 +12,7 @@ from mavspiral.flight.autopilots import PROFILES
 from mavspiral.flight.messages import Command
 from mavspiral.flight.outcome import SessionConfig
 from mavspiral.flight.session import Session
-from mavspiral.progress import Flown, estimated_shots, inspected_s, left_of, together
+from mavspiral.logbook.progress import Flown, estimated_shots, inspected_s, left_of, together
 from sitl.signals import GeoPoint as VehiclePoint
 from sitl.simulator import Simulator
 

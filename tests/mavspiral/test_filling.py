@@ -7,13 +7,13 @@ import pytest
 
 from mavspiral import filling, load_mission, plan
 from mavspiral.errors import LimitError
-from mavspiral.fill_lines import Filler
 from mavspiral.filling import Draft, filled
-from mavspiral.route import ways_of
+from mavspiral.pieces.fill_lines import Filler
 from mavspiral.shape.courts import enclosed_ground
 from mavspiral.survey.coverage import SEEABLE
 from mavspiral.survey.shots import Shots
 from mavspiral.survey.solids import Solids
+from mavspiral.tour.route import ways_of
 
 MISSIONS = Path(__file__).parents[2] / "missions"
 DRAFT = ("passes", "tour", "trajectory", "clearance", "certificate", "shots", "coverage")

@@ -11,14 +11,14 @@ from mavspiral.curve.gaze import GIMBAL_RADPS
 from mavspiral.curve.line import LinePath
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.trajectory import Leg, Trajectory
-from mavspiral.passes import flown_in_order
-from mavspiral.roofs import roof_pieces
+from mavspiral.pieces.roofs import roof_pieces
 from mavspiral.shape.heightmap import HeightMap, Site
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.certificate import motion_figures
 from mavspiral.survey.coverage import Demand, measure_coverage
 from mavspiral.survey.patches import patches_of
 from mavspiral.survey.shots import shots_of
+from mavspiral.tour.passes import flown_in_order
 
 CAMERA = Camera(0.0088, (0.0132, 0.0088), (5472, 3648), 0.0005, 0.7, True)
 PORTRAIT = Camera(0.0088, (0.0088, 0.0132), (3648, 5472), 0.0005, 0.7, True)

@@ -20,7 +20,7 @@ from mavspiral.export.thinning import LEAD_S, Tolerance, thin
 from mavspiral.frames import GeoPoint, LocalFrame, wrap_rad
 from mavspiral.handover import inspection_documents, inspection_missions, mission_warnings
 from mavspiral.shape.heightmap import HeightMap
-from mavspiral.sorties import OVERLAP_SHOTS_N
+from mavspiral.tour.sorties import OVERLAP_SHOTS_N
 
 
 def changed(inspection, table, **values):

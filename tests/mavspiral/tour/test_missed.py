@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mavspiral.missed import stretches_left
-from mavspiral.sorties import OVERLAP_SHOTS_N
+from mavspiral.tour.missed import stretches_left
+from mavspiral.tour.sorties import OVERLAP_SHOTS_N
 
 SHOTS_S = np.arange(101.0)
 

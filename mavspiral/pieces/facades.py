@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.candidate import Candidate, Setting
 from mavspiral.curve.meander import Row, meander
-from mavspiral.passes import Piece
+from mavspiral.pieces.candidate import Candidate, Setting
 from mavspiral.shape.parts import Part
 from mavspiral.shape.reach import Reach, arcs_of, reach_at
 from mavspiral.shape.slicing import SolidDistance
+from mavspiral.tour.passes import Piece
 
 __all__ = ["Facades", "facades_of", "hemmed_in"]
 

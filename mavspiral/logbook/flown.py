@@ -15,12 +15,12 @@ from mavspiral.flight.flight_log import Event, FlightLog, joined
 from mavspiral.flight.outcome import Outcome
 from mavspiral.flight.schedule import StreamFigures
 from mavspiral.inspection import Inspection
-from mavspiral.missed import Stretch
+from mavspiral.logbook.progress import together
 from mavspiral.motion.nearest import path_times_s
 from mavspiral.motion.trajectory import Trajectory
-from mavspiral.progress import together
 from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.shots import Shots, shots_at
+from mavspiral.tour.missed import Stretch
 
 __all__ = ["Flight", "LiveFlight", "log_along", "one_after_the_other", "pictures_along"]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.sorties import OVERLAP_SHOTS_N
+from mavspiral.tour.sorties import OVERLAP_SHOTS_N
 
 __all__ = ["Stretch", "stretches_left"]
 

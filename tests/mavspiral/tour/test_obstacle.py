@@ -10,11 +10,11 @@ import pytest
 
 from mavspiral.brief import map_request, with_keepouts
 from mavspiral.mission import load_mission
-from mavspiral.obstacle import nearest_obstacle
 from mavspiral.shape.heightmap import HeightMap, Site
 from mavspiral.shape.readers import read_site
+from mavspiral.tour.obstacle import nearest_obstacle
 
-KIOSK = Path(__file__).parents[2] / "missions" / "kiosk.toml"
+KIOSK = Path(__file__).parents[3] / "missions" / "kiosk.toml"
 
 
 @pytest.fixture(name="stage")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mavspiral.retreat import FARTHEST_M, retreat
 from mavspiral.survey.solids import Solids
+from mavspiral.tour.retreat import FARTHEST_M, retreat
 
 
 def tower(size=20, height_m=30.0):

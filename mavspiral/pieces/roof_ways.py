@@ -18,10 +18,10 @@ from mavspiral.curve.insets import STANDING_M, insets_of
 from mavspiral.curve.line import LinePath
 from mavspiral.curve.roof import RoofPath, Standoff, roof_spiral
 from mavspiral.motion.limits import Limits
-from mavspiral.passes import Piece
 from mavspiral.shape.roofs import Roof, RoofGrid
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.coverage import Demand
+from mavspiral.tour.passes import Piece
 
 __all__ = ["RoofLook", "RoofWay", "best_way"]
 

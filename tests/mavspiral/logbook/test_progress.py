@@ -8,7 +8,7 @@ import pytest
 from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import ROW_N
 from mavspiral.flight.journal import JournalWriter
-from mavspiral.progress import progress_of
+from mavspiral.logbook.progress import progress_of
 
 
 def journal(path, inspection, to_s, *, digest=None, resumes=False, begin_s=0.0, shift_enu_m=None):

@@ -17,14 +17,14 @@ from mavspiral.arrays import FloatArray
 from mavspiral.curve.line import LinePath
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.turn import TurnGaze
-from mavspiral.passes import Piece
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.coverage import SEEABLE, Coverage
 from mavspiral.survey.glimpses import gsd_m, shown
 from mavspiral.survey.seeable import Glimpses, Room, glimpses_of
 from mavspiral.survey.solids import Solids
-from mavspiral.transit import stopping_pace
+from mavspiral.tour.passes import Piece
+from mavspiral.tour.transit import stopping_pace
 
 __all__ = ["WORTH_M2", "WORTH_SHARE", "Filler"]
 

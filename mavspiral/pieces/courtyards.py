@@ -11,14 +11,14 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.brief import band_m
-from mavspiral.candidate import Candidate, Setting
 from mavspiral.curve.court import plan_court
 from mavspiral.curve.gaze import inward_gaze
 from mavspiral.curve.spiral import TOLERANCE_M
 from mavspiral.errors import LimitError
-from mavspiral.passes import Piece
+from mavspiral.pieces.candidate import Candidate, Setting
+from mavspiral.pieces.spirals import roof_standoff_m
 from mavspiral.shape.courts import Court, courts_of
-from mavspiral.spirals import roof_standoff_m
+from mavspiral.tour.passes import Piece
 
 __all__ = ["courtyards_of"]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mavspiral.motion.limits import Limits
-from mavspiral.order import quickest_order
+from mavspiral.tour.order import quickest_order
 
 LIMITS = Limits(4.0, 2.0, 1.0, 2.0, 4.0, 0.8, 1.0)
 HOME = np.array([-30.0, -30.0, 0.0])

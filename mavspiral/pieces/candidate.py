@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 from mavspiral.arrays import FloatArray
 from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
-from mavspiral.passes import Piece
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.slicing import SolidDistance
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.solids import Solids
-from mavspiral.transit import MARGIN_M, REACTION_S, STOPPING_MARGIN_M
+from mavspiral.tour.passes import Piece
+from mavspiral.tour.transit import MARGIN_M, REACTION_S, STOPPING_MARGIN_M
 
 __all__ = ["Candidate", "Setting"]
 

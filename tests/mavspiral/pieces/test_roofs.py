@@ -13,7 +13,7 @@ from mavspiral.deliver import write_plan
 from mavspiral.export.check import check_file
 from mavspiral.motion.trajectory import belongs
 
-MISSIONS = Path(__file__).parents[2] / "missions"
+MISSIONS = Path(__file__).parents[3] / "missions"
 
 
 def with_roof(name, **camera):

@@ -8,13 +8,13 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.brief import band_m
-from mavspiral.candidate import Candidate, Setting
 from mavspiral.curve.gaze import inward_gaze
 from mavspiral.curve.spiral import TOLERANCE_M, TooNearError, plan_spiral
 from mavspiral.errors import LimitError
-from mavspiral.facades import facades_of, hemmed_in
-from mavspiral.passes import Piece
+from mavspiral.pieces.candidate import Candidate, Setting
+from mavspiral.pieces.facades import facades_of, hemmed_in
 from mavspiral.shape.parts import LeftOut, Part, parts_of
+from mavspiral.tour.passes import Piece
 
 __all__ = ["roof_standoff_m", "spirals_of"]
 

@@ -14,9 +14,9 @@ from mavspiral.flight.flight_log import FlightLog
 from mavspiral.flight.journal import read_journal
 from mavspiral.flight.shutter import Picture
 from mavspiral.inspection import Inspection
-from mavspiral.missed import Stretch, stretches_left
-from mavspiral.sorties import Sortie, flies
 from mavspiral.survey.shots import Shots, flown_shots, shots_at
+from mavspiral.tour.missed import Stretch, stretches_left
+from mavspiral.tour.sorties import Sortie, flies
 
 __all__ = [
     "Flown",

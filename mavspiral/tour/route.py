@@ -10,10 +10,10 @@ from mavspiral.arrays import FloatArray
 from mavspiral.brief import limits_of
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Leg, Trajectory
-from mavspiral.obstacle import nearest_obstacle
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey.solids import Solids
-from mavspiral.transit import Look, Ways, judge_home
+from mavspiral.tour.obstacle import nearest_obstacle
+from mavspiral.tour.transit import Look, Ways, judge_home
 
 __all__ = ["TAKEOFF_M", "route_of", "ways_of"]
 

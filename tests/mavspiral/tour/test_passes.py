@@ -7,9 +7,9 @@ from mavspiral.frames import GeoPoint, LocalFrame
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.motion.turn import TurnGaze
-from mavspiral.passes import Piece, flown_in_order, tour_of
 from mavspiral.survey.solids import Solids
-from mavspiral.transit import Ways
+from mavspiral.tour.passes import Piece, flown_in_order, tour_of
+from mavspiral.tour.transit import Ways
 
 LIMITS = Limits(5.0, 2.0, 1.5, 2.0, 4.0, 0.8, 1.0)
 FRAME = LocalFrame(GeoPoint(40.05, -1.93, 1000.0))

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from mavspiral.arrays import FloatArray
 from mavspiral.curve.insets import STANDING_M
 from mavspiral.motion.limits import Limits
-from mavspiral.passes import Piece
-from mavspiral.roof_ways import RoofLook, best_way
+from mavspiral.pieces.roof_ways import RoofLook, best_way
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.roofs import Roof, RoofGrid, roof_grid, roofs_of
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.coverage import Demand
+from mavspiral.tour.passes import Piece
 
 __all__ = ["roof_pieces"]
 

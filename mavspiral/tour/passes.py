@@ -17,7 +17,7 @@ from mavspiral.motion.sight import Sight
 from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import Leg
 from mavspiral.motion.turn import LEVEL, Gaze
-from mavspiral.transit import Look, Ways
+from mavspiral.tour.transit import Look, Ways
 
 __all__ = ["Kind", "Pass", "Piece", "flown_in_order", "retimed", "tour_of"]
 

@@ -11,7 +11,7 @@ from mavspiral import inspection
 from mavspiral.brief import camera_of, limits_of, pace_of
 from mavspiral.errors import LimitError
 from mavspiral.motion.timing import fastest_law
-from mavspiral.sorties import OVERLAP_SHOTS_N, digest_of, plan_sorties, stretch
+from mavspiral.tour.sorties import OVERLAP_SHOTS_N, digest_of, plan_sorties, stretch
 
 
 @pytest.fixture(scope="module")

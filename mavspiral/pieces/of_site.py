@@ -9,21 +9,21 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.brief import band_m, demand_of
-from mavspiral.candidate import Setting
-from mavspiral.courtyards import courtyards_of
 from mavspiral.curve.gaze import inward_gaze
 from mavspiral.curve.paper import plan_paper
 from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
-from mavspiral.order import quickest_order
-from mavspiral.passes import Piece
-from mavspiral.roofs import roof_pieces
+from mavspiral.pieces.candidate import Setting
+from mavspiral.pieces.courtyards import courtyards_of
+from mavspiral.pieces.roofs import roof_pieces
+from mavspiral.pieces.spirals import spirals_of
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.slicing import obstacle_distance, solid_distance
-from mavspiral.spirals import spirals_of
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.solids import Solids
-from mavspiral.transit import MARGIN_M
+from mavspiral.tour.order import quickest_order
+from mavspiral.tour.passes import Piece
+from mavspiral.tour.transit import MARGIN_M
 
 __all__ = ["Pieces", "pieces_of"]
 

@@ -1,0 +1,1 @@
+"""What was flown: measured, held against the plan, and kept while it goes on."""
