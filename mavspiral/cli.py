@@ -1,4 +1,4 @@
-"""The verbs. The only place that prints or exits.
+"""The verbs. Only they exit, and only they print, by `terminal`.
 
 Exit codes: 0 it holds · 1 it was worked out and does not hold · 2 the input contradicts itself or cannot be
 read · 3 nobody at the other end of the link.
@@ -7,21 +7,18 @@ read · 3 nobody at the other end of the link.
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from mavspiral.errors import InputError, LimitError, MavspiralError
+from mavspiral.terminal import ask, failures_as_json, quiet, say, tell, tell_json, tell_verdict
 
 if TYPE_CHECKING:
-    from mavspiral.export.check import Verdict
     from mavspiral.flight.autopilots import Autopilot
-    from mavspiral.flight.flight_log import Event
     from mavspiral.live import Place
     from mavspiral.mission import Mission
 
@@ -85,11 +82,11 @@ def plan(mission: MissionFile, out: Out = None, as_json: Json = False) -> None:
     from mavspiral.show.rows import plan_rows
 
     brief = _load(mission)
-    with _failures_as_json(brief, as_json):
+    with failures_as_json(brief, as_json):
         inspection = make_plan(brief)
     summary = inspection.summary()
     summary["files"] = write_plan(inspection, _folder(out, brief), summary)
-    _tell(summary, as_json, plan_rows(summary))
+    tell(summary, as_json, plan_rows(summary))
 
 
 @app.command()
@@ -124,7 +121,7 @@ def simulate(
 
     brief = _load(mission)
     folder = try_folder(_folder(out, brief))
-    with _failures_as_json(brief, as_json):
+    with failures_as_json(brief, as_json):
         flight = fly_simulated(
             brief,
             seed=seed,
@@ -137,7 +134,7 @@ def simulate(
         )
     summary = flight.summary()
     summary["files"] = write_flight(flight, folder, summary)
-    _tell(summary, as_json, flight_rows(summary, brief))
+    tell(summary, as_json, flight_rows(summary, brief))
     if not flight.passed:
         raise typer.Exit(1)
 
@@ -185,14 +182,14 @@ def fly(
 
     brief = _load(mission)
     key = None if signing is None else read_key(signing)
-    with _failures_as_json(brief, as_json):
+    with failures_as_json(brief, as_json):
         inspection = make_plan(brief)
     if not as_json:
         planned = inspection.summary()
-        _tell(planned, as_json, plan_rows(planned))
+        tell(planned, as_json, plan_rows(planned))
     align_at = None if align is None else _place(align)
     if not (yes or dry_run):
-        _ask(brief.name, connect)
+        ask(brief.name, connect)
     elif align_at is not None and not yes and not sys.stdin.isatty():
         raise InputError(
             f"fly {brief.name}: nobody is there to be asked about the shift. Fix: --yes, if it may be taken"
@@ -210,11 +207,11 @@ def fly(
         autopilot=_autopilot(autopilot),
         align_at=align_at,
         approve=lambda question: yes or typer.confirm(f"{question[:1].upper()}{question[1:]}?", err=True),
-        on_event=_quiet if as_json else _say,
+        on_event=quiet if as_json else say,
     )
     summary = flight.summary()
     summary["files"] = write_live(flight, folder, summary)
-    _tell(summary, as_json, live_rows(summary))
+    tell(summary, as_json, live_rows(summary))
     if flight.outcome.exit_code:
         raise typer.Exit(flight.outcome.exit_code)
 
@@ -233,9 +230,9 @@ def check(
 
     verdict = check_file(plan_file, autopilot)
     if as_json:
-        print(json.dumps(verdict.summary(), ensure_ascii=False, allow_nan=False))
+        tell_json(verdict.summary())
     else:
-        _tell_verdict(plan_file, verdict)
+        tell_verdict(plan_file, verdict)
     if not verdict.ok:
         raise typer.Exit(1)
 
@@ -263,7 +260,7 @@ def upload(
     document = _planned_document(source) if source.suffix == ".toml" else read_plan_json(source)
     uploaded = upload_plan(document, connect, signing_key=key)
     if as_json:
-        print(json.dumps(uploaded.summary(), ensure_ascii=False, allow_nan=False))
+        tell_json(uploaded.summary())
     else:
         for line in uploaded.differences:
             print(line)
@@ -291,22 +288,6 @@ def _planned_document(path: Path) -> dict[str, Any]:
     return documents[0]
 
 
-def _tell_verdict(path: Path, verdict: Verdict) -> None:
-    from rich.console import Console
-    from rich.text import Text
-
-    console = Console(highlight=False)
-    for word, style, lines in (("error", "red", verdict.errors), ("warning", "yellow", verdict.warnings)):
-        for line in lines:
-            console.print(Text.assemble((word, style), " ", line), soft_wrap=True)
-    words = "loads and is taken" if verdict.ok else "does not pass"
-    asked = f", held against {verdict.autopilot}" if verdict.autopilot else ""
-    console.print(
-        Text(f"{path.name}: {verdict.items} items{asked}: {words}", "green" if verdict.ok else "red"),
-        soft_wrap=True,
-    )
-
-
 def _autopilot(name: str | None) -> Autopilot | None:
     from mavspiral.flight.autopilots import PROFILES
 
@@ -331,72 +312,14 @@ def _place(text: str) -> Place:
     return lat_deg, lon_deg
 
 
-def _ask(name: str, url: str) -> None:
-    if not sys.stdin.isatty():
-        raise InputError(
-            f"fly {name}: nobody is there to be asked. Fix: --yes, if the vehicle at {url} may take off"
-        )
-    typer.confirm(f"Arm the vehicle at {url} and fly {name}?", abort=True, err=True)
-
-
-def _say(event: Event) -> None:
-    print(f"{event.t_us / 1e6:8.1f} s  {event.text}", flush=True)
-
-
-def _quiet(event: Event) -> None:
-    """Says nothing: with --json there is one object on stdout and nothing else."""
-
-
 def _load(path: Path) -> Mission:
     from mavspiral.mission import load_mission
 
     return load_mission(path)
 
 
-@contextlib.contextmanager
-def _failures_as_json(mission: Mission, as_json: bool) -> Iterator[None]:
-    """What was worked out and does not hold is an answer too: with --json an object with its failures, exit 1."""
-    try:
-        yield
-    except LimitError as error:
-        if not as_json:
-            raise
-        print(
-            json.dumps({"name": mission.name, "passed": False, "failures": [str(error)]}, ensure_ascii=False)
-        )
-        raise typer.Exit(error.exit_code) from None
-
-
 def _folder(out: Path | None, mission: Mission) -> Path:
     return out if out is not None else Path("out") / mission.name
-
-
-def _tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str]]) -> None:
-    if as_json:
-        print(json.dumps(summary, ensure_ascii=False, allow_nan=False))
-        return
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    console = Console(highlight=False)
-    table = Table(
-        title=summary["name"], title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0)
-    )
-    for header, side in (("figure", "left"), ("value", "right"), ("asked", "left")):
-        table.add_column(header, justify=side, header_style="dim")  # type: ignore[arg-type]
-    for row in rows:
-        table.add_row(*row)
-    console.print(table)
-    # Texts, not markup: a line that begins with [accept] must not be taken for a style.
-    for word, style, key in (("warning", "yellow", "warnings"), ("failed", "red", "failures")):
-        for line in summary.get(key, ()):
-            console.print(Text.assemble((word, style), " ", line), soft_wrap=True)
-    if "passed" in summary:
-        console.print(Text("passed", "green") if summary["passed"] else Text("failed", "red"))
-    files = sorted(summary.get("files", {}).values())
-    if files:
-        console.print(Text(f"wrote {len(files)} files to {Path(files[0]).parent}", "dim"), soft_wrap=True)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from numba import njit
 from numpy.typing import ArrayLike
 
 from mavspiral.arrays import FloatArray, locked
-from mavspiral.curve import Path
+from mavspiral.curve import Differentiable, Path
 
 __all__ = ["GIMBAL_RADPS", "YawSpline", "box_average", "inward_gaze"]
 
@@ -27,7 +27,7 @@ SAMPLES_PER_TURN = 256
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class YawSpline:
+class YawSpline(Differentiable):
     """Yaw as a uniform cubic B-spline of the phase: `gaze(u_rad, order)`.
 
     Knot `i` of `yaw_enu_rad` (M,) lies at phase `(i − 1)·knot_rad`, so M knots serve up to `(M −
@@ -42,13 +42,6 @@ class YawSpline:
         object.__setattr__(self, "yaw_enu_rad", locked(self.yaw_enu_rad, shape=(None,), name="yaw_enu_rad"))
         if len(self.yaw_enu_rad) < 4 or not self.knot_rad > 0.0:
             raise ValueError(f"{len(self.yaw_enu_rad)} knots {self.knot_rad} apart, wanted 4 or more, apart")
-
-    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
-        """The unwrapped yaw `(…)` counter-clockwise from east, or its derivative of `order` up to 2."""
-        if order not in (0, 1, 2):
-            raise ValueError(f"order is {order}, wanted 0 to 2")
-        yaw: FloatArray = self.jet(u_rad)[order]
-        return yaw
 
     def jet(self, u_rad: ArrayLike) -> FloatArray:
         """The yaw and its two derivatives, `(3, …)`."""

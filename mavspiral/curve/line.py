@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mavspiral.arrays import FloatArray, locked
+from mavspiral.curve import Differentiable
 
 __all__ = ["LinePath"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LinePath:
+class LinePath(Differentiable):
     """The segment from `start_enu_m` to `end_enu_m`, at constant speed in `u_rad` from 0 to 1."""
 
     start_enu_m: FloatArray
@@ -28,13 +29,6 @@ class LinePath:
     def u_end_rad(self) -> float:
         """1."""
         return 1.0
-
-    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
-        """The ENU position `(…, 3)`, or its derivative of `order`."""
-        if order not in (0, 1, 2, 3):
-            raise ValueError(f"order is {order}, wanted 0 to 3")
-        derivative: FloatArray = self.jet(u_rad)[order]
-        return derivative
 
     def jet(self, u_rad: ArrayLike) -> FloatArray:
         """The ENU position and its three derivatives, `(4, …, 3)`."""

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray, locked
+from mavspiral.curve import Differentiable
 from mavspiral.curve.gaze import YawSpline, box_average
 from mavspiral.curve.mixing import BASIS, DEGREE
 
@@ -37,7 +38,7 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MeanderPath:
+class MeanderPath(Differentiable):
     """The spline: `path(u_rad, order)`; one step of the phase is one place `controls_enu_m` (n, 3) further."""
 
     controls_enu_m: FloatArray
@@ -54,13 +55,6 @@ class MeanderPath:
     def u_end_rad(self) -> float:
         """Where it ends."""
         return float(len(self.controls_enu_m) - DEGREE)
-
-    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
-        """The ENU position `(…, 3)`, or its derivative of `order` up to 3, in m/radᵒʳᵈᵉʳ."""
-        if order not in (0, 1, 2, 3):
-            raise ValueError(f"order is {order}, wanted 0 to 3")
-        derivative: FloatArray = self.jet(u_rad)[order]
-        return derivative
 
     def jet(self, u_rad: ArrayLike) -> FloatArray:
         """The ENU position and its three derivatives, `(4, …, 3)`."""

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray
+from mavspiral.curve import Differentiable
 from mavspiral.curve.fourier import ComplexArray, spectra_of
 from mavspiral.errors import InputError
 from mavspiral.shape.contour import Ring
@@ -44,7 +45,7 @@ _STEP = np.polynomial.Polynomial([0.0, 0.0, 0.0, 0.0, 0.0, 126.0, -420.0, 540.0,
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PaperPath:
+class PaperPath(Differentiable):
     """The rings in a row: `path(u_rad, order)`; `coefficients_m` (n, N+1, 3) are `c_k = A_k − i·B_k` of each ring."""
 
     coefficients_m: ComplexArray
@@ -82,13 +83,6 @@ class PaperPath:
         """How far each ring ends from where the next one begins, `(n − 1,)`."""
         starts = np.real(self.coefficients_m.sum(axis=1))
         return np.asarray(np.sqrt((np.diff(starts, axis=0) ** 2).sum(axis=1)))
-
-    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
-        """The ENU position `(…, 3)`, or its derivative of `order` up to 3, in m/radᵒʳᵈᵉʳ."""
-        if order not in (0, 1, 2, 3):
-            raise ValueError(f"order is {order}, wanted 0 to 3")
-        derivative: FloatArray = self.jet(u_rad)[order]
-        return derivative
 
     def jet(self, u_rad: ArrayLike) -> FloatArray:
         """The ENU position and its three derivatives, `(4, …, 3)`."""

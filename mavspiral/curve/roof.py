@@ -17,6 +17,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray
+from mavspiral.curve import Differentiable
 from mavspiral.curve.fourier import ComplexArray, harmonics_needed, in_phase, locked_spectra, spectra_of
 from mavspiral.curve.insets import KEYS_PER_TURN, Insets
 from mavspiral.curve.mixing import BASIS, DEGREE, mixed_series
@@ -59,7 +60,7 @@ class Standoff:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RoofPath:
+class RoofPath(Differentiable):
     """The spiral above a roof: `path(u_rad, order)`.
 
     `coefficients_m` (U, N+1, 2) are its different rings; `of_key` (K,) says which one each key has, where
@@ -83,13 +84,6 @@ class RoofPath:
     def harmonics(self) -> int:
         """The paper's N."""
         return int(self.coefficients_m.shape[1]) - 1
-
-    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
-        """The ENU position `(…, 3)`, or its derivative of `order` up to 3, in m/radᵒʳᵈᵉʳ."""
-        if order not in (0, 1, 2, 3):
-            raise ValueError(f"order is {order}, wanted 0 to 3")
-        derivative: FloatArray = self.jet(u_rad)[order]
-        return derivative
 
     def jet(self, u_rad: ArrayLike) -> FloatArray:
         """The ENU position and its three derivatives, `(4, …, 3)`."""

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray
+from mavspiral.curve import Differentiable
 from mavspiral.curve.climb import Climb
 from mavspiral.curve.fourier import ComplexArray, FourierCurve, harmonics_needed, locked_spectra
 from mavspiral.curve.mixing import BASIS, DEGREE, mixed_series
@@ -48,7 +49,7 @@ ATTEMPTS = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SpiralPath:
+class SpiralPath(Differentiable):
     """The spiral: `path(u_rad, order)`. Beyond its ends it goes on as level turns.
 
     `coefficients_m` (U, N+1, 2) are its different outlines; `of_key` (K,) says which one each key has, where
@@ -81,13 +82,6 @@ class SpiralPath:
     def outline(self, key: int) -> FourierCurve:
         """The plan curve of one key."""
         return FourierCurve(self.coefficients_m[self.of_key[key]])
-
-    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
-        """The ENU position `(…, 3)`, or its derivative of `order` up to 3, in m/radᵒʳᵈᵉʳ."""
-        if order not in (0, 1, 2, 3):
-            raise ValueError(f"order is {order}, wanted 0 to 3")
-        derivative: FloatArray = self.jet(u_rad)[order]
-        return derivative
 
     def jet(self, u_rad: ArrayLike) -> FloatArray:
         """The ENU position and its three derivatives, `(4, …, 3)`."""

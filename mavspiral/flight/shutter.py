@@ -92,11 +92,6 @@ class Shutter:
         self._tilted = False
 
     @property
-    def planned_n(self) -> int:
-        """How many shots the route has."""
-        return len(self._due_s)
-
-    @property
     def missed(self) -> tuple[int, ...]:
         """The shots that were commanded and never taken."""
         taken = {picture.shot for picture in self.pictures}

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mavspiral.arrays import FloatArray
+from mavspiral.curve import Differentiable
 from mavspiral.frames import wrap_rad
 
 __all__ = ["LEVEL", "Gaze", "TurnGaze"]
@@ -31,19 +32,12 @@ class Gaze(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class TurnGaze:
+class TurnGaze(Differentiable):
     """From one yaw the short way round to another as u goes from 0 to `u_end_rad`."""
 
     yaw_start_enu_rad: float
     yaw_end_enu_rad: float
     u_end_rad: float = 1.0
-
-    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
-        """The `order`-th derivative of yaw at `u_rad`, order 0 to 2; C² with rest at both ends."""
-        if order not in (0, 1, 2):
-            raise ValueError(f"order is {order}, wanted 0 to 2")
-        yaw: FloatArray = self.jet(u_rad)[order]
-        return yaw
 
     def jet(self, u_rad: ArrayLike) -> FloatArray:
         """The yaw and its two derivatives, `(3, …)`."""

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from mavspiral.arrays import FloatArray
+from mavspiral.brief import sharpness_of
 from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
 from mavspiral.shape.heightmap import Site
@@ -69,10 +70,8 @@ class Setting:
 
         Straight on for the reaction time and the braking distance: v·t + v²/2a.
         """
-        asked, braking = self.mission.inspection, self.pace.acceleration_mps2
-        sharp_mps = self.camera.speed_limit_mps(
-            standoff_m, asked.side_overlap, self.mission.quality.blur_max_px
-        )
+        braking = self.pace.acceleration_mps2
+        sharp_mps = sharpness_of(self.mission, self.camera)(standoff_m)
         free_m = max(0.1, ahead_m - self.mission.vehicle.radius_m - STOPPING_MARGIN_M)
         stopping_mps = math.sqrt((braking * REACTION_S) ** 2 + 2.0 * braking * free_m) - braking * REACTION_S
         return replace(self.pace, speed_mps=min(self.pace.speed_mps, sharp_mps, stopping_mps))

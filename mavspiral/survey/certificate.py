@@ -133,26 +133,29 @@ def clearance_figures(
 
 def blur_figure(sight: Sight, states: TrajectoryState, camera: Camera, allowed_px: float) -> LimitFigure:
     """By how much a picture smears, at its middle and at the distance that the leg keeps, at the worst moment."""
-    pitch = np.zeros((2, len(states.t_s)))
-    if states.gimbal_pitch_rad.any():
-        pitch[:] = states.gimbal_pitch_rad, np.gradient(states.gimbal_pitch_rad, states.t_s)
     yaw = np.stack([states.yaw_enu_rad, states.yaw_rate_enu_radps])
-    passing_mps = sight.passing(states.velocity_enu_mps, yaw, pitch)
+    passing_mps = sight.passing(states.velocity_enu_mps, yaw, _pitch(states))
     smeared_px = passing_mps * camera.blur_px(sight.distance_m, 1.0)
     return _figure("blur", "px", smeared_px, allowed_px, states.t_s, states.position_enu_m)
 
 
 def gimbal_figure(state: TrajectoryState) -> LimitFigure:
     """How fast the gimbal has to tilt the camera, against what every gimbal follows."""
-    rate_radps = np.zeros(len(state.t_s))
-    if state.gimbal_pitch_rad.any():
-        rate_radps = np.abs(np.gradient(state.gimbal_pitch_rad, state.t_s))
+    rate_radps = np.abs(_pitch(state)[1])
     return _figure("gimbal rate", "rad/s", rate_radps, GIMBAL_RADPS, state.t_s, state.position_enu_m)
 
 
 def ceiling_figure(state: TrajectoryState, ceiling_m: float) -> LimitFigure:
     """The greatest height above ground against the ceiling."""
     return _figure("height", "m", state.position_enu_m[:, 2], ceiling_m, state.t_s, state.position_enu_m)
+
+
+def _pitch(states: TrajectoryState) -> FloatArray:
+    """The camera's pitch in rad and its rate in rad/s, `(2, n)`."""
+    pitch = np.zeros((2, len(states.t_s)))
+    if states.gimbal_pitch_rad.any():
+        pitch[:] = states.gimbal_pitch_rad, np.gradient(states.gimbal_pitch_rad, states.t_s)
+    return pitch
 
 
 def _norms(vectors: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ from mavspiral.tour.transit import Look, Ways, judge_home
 __all__ = ["TAKEOFF_M", "route_of", "ways_of"]
 
 TAKEOFF_M = 4.0
-"""The autopilot takes off to this height above home; there the trajectory begins and ends."""
+"""The autopilot takes off to this height above home at the least; there the trajectory begins and ends."""
 
 
 def ways_of(mission: Mission, site: Site, clearance_m: float) -> Ways:
@@ -37,7 +37,9 @@ def ways_of(mission: Mission, site: Site, clearance_m: float) -> Ways:
 
 
 def route_of(site: Site, tour: tuple[Leg, ...], home_enu_m: FloatArray, ways: Ways) -> Trajectory:
-    """Home, the way to the first pass, the tour, the way back: from 4 m above home and back to there.
+    """Home, the way to the first pass, the tour, the way back: from `TAKEOFF_M` above home and back to there.
+
+    Above a home on something that stands, the clearance is kept from that too.
 
     Raises:
         InputError: home is in or at a wall.

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray, locked
-from mavspiral.curve import Path
+from mavspiral.curve import Differentiable, Path
 from mavspiral.errors import LimitError
 from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.trajectory import Leg, Trajectory, belongs
@@ -211,29 +211,23 @@ def _filled(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _PathPiece:
+class _PathPiece(Differentiable):
     """`path` from the phase `u_begin_rad` on, for `u_end_rad`."""
 
     path: Path
     u_begin_rad: float
     u_end_rad: float
 
-    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
-        return self.path(np.asarray(u_rad, dtype=np.float64) + self.u_begin_rad, order)
-
     def jet(self, u_rad: ArrayLike) -> FloatArray:
         return self.path.jet(np.asarray(u_rad, dtype=np.float64) + self.u_begin_rad)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _GazePiece:
+class _GazePiece(Differentiable):
     """`gaze` from the phase `u_begin_rad` on."""
 
     gaze: Gaze
     u_begin_rad: float
-
-    def __call__(self, u_rad: ArrayLike, order: int = 0) -> FloatArray:
-        return self.gaze(np.asarray(u_rad, dtype=np.float64) + self.u_begin_rad, order)
 
     def jet(self, u_rad: ArrayLike) -> FloatArray:
         return self.gaze.jet(np.asarray(u_rad, dtype=np.float64) + self.u_begin_rad)

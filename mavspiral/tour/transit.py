@@ -1,4 +1,4 @@
-"""The ways between home and the spiral: straight lines that keep the clearance in space, as low as that allows."""
+"""The ways from home, from pass to pass and back: straight lines that keep the clearance in space, as low as that allows."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ def transit_legs(
 def stopping_pace(
     solids: Solids, start_m: FloatArray, end_m: FloatArray, limits: Limits, radius_m: float
 ) -> Limits:
-    """The limits with a speed at which flying on for `REACTION_S` beyond the end touches nothing."""
+    """The limits with a speed, `SLOWEST_MPS` at the least, at which flying on for `REACTION_S` beyond the end touches nothing."""
     ahead = (end_m - start_m) / np.linalg.norm(end_m - start_m)
     beyond_m = np.linspace(0.0, limits.speed_mps * REACTION_S, BEYOND_SAMPLES)
     near_m = solids.distance_m(end_m + beyond_m[:, None] * ahead) < radius_m + STOPPING_MARGIN_M

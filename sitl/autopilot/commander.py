@@ -17,6 +17,7 @@ from sitl.autopilot.failsafe import change_conduct, descent, watch_charge
 from sitl.autopilot.memory import NOTHING, CommanderState
 from sitl.autopilot.modes import MODES, climbs
 from sitl.autopilot.offboard import commands_every_axis, is_streamed
+from sitl.autopilot.pilot import Pilot
 from sitl.autopilot.planning import leave_mission, shoot, stand_down_mission, take_plan
 from sitl.autopilot.progress import proceed
 from sitl.orders import (
@@ -36,7 +37,6 @@ from sitl.orders import (
     SetHome,
     SetOutput,
     Severity,
-    Shot,
     StartMission,
     SwitchMode,
     TakeOff,
@@ -45,7 +45,6 @@ from sitl.orders import (
     UsePayload,
     Verdict,
 )
-from sitl.plans import MissionRun, Plans
 from sitl.signals import Demand, Setpoint
 
 __all__ = ["Commander", "CommanderState"]
@@ -56,7 +55,7 @@ _LOOK_US = 100_000
 _ALOFT = {Mode.TAKEOFF: Landed.TAKING_OFF, Mode.LAND: Landed.LANDING}
 
 
-class Commander:
+class Commander(Pilot[CommanderState]):
     """Takes orders and setpoints, and says frame by frame what the cascade shall do.
 
     `parameters` are PX4's, by name. `loss_scale` stretches COM_OF_LOSS_T, as PX4 does when it runs faster
@@ -64,30 +63,15 @@ class Commander:
     """
 
     def __init__(self, parameters: Mapping[str, float], loss_scale: float = 1.0) -> None:
+        super().__init__(CommanderState())
         self.parameters = parameters
         self._loss_scale = loss_scale
-        self._state = CommanderState()
         self._flying = Demand(armed=True, idle=False, setpoint=NOTHING)
-
-    @property
-    def armed(self) -> bool:
-        """Whether the motors may turn."""
-        return self._state.armed
 
     @property
     def mode(self) -> Mode:
         """What is really done now."""
         return self._state.conduct
-
-    @property
-    def plans(self) -> Plans:
-        """What has been uploaded."""
-        return self._state.plans
-
-    @property
-    def run(self) -> MissionRun:
-        """How far the mission has come."""
-        return self._state.run
 
     def obey(self, order: Order, condition: Condition) -> Verdict:
         """Carry out the order, or not."""
@@ -191,29 +175,6 @@ class Commander:
             orbit=orbit_run(state, condition),
             payload=state.payload.status,
         )
-
-    @property
-    def has_news(self) -> bool:
-        """Whether there is something to tell or to show."""
-        return bool(self._state.notices or self._state.shots)
-
-    def take_shots(self) -> tuple[Shot, ...]:
-        """The pictures since the last call."""
-        shots, self._state.shots = self._state.shots, ()
-        return shots
-
-    def take_notices(self) -> tuple[Notice, ...]:
-        """What there is to tell since the last call."""
-        notices, self._state.notices = self._state.notices, ()
-        return notices
-
-    def snapshot(self) -> CommanderState:
-        """All that the commander remembers."""
-        return replace(self._state)
-
-    def restore(self, state: CommanderState) -> None:
-        """Go on from a snapshot."""
-        self._state = replace(state)
 
     def _arm(self, condition: Condition, *, force: bool) -> Verdict:
         state = self._state

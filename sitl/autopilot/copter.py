@@ -22,6 +22,7 @@ from sitl.autopilot.fence import fence_parts
 from sitl.autopilot.glide import start_glide
 from sitl.autopilot.guided import Guided, begin_guided
 from sitl.autopilot.memory import NOTHING
+from sitl.autopilot.pilot import Pilot
 from sitl.autopilot.smart import fly_back
 from sitl.autopilot.trip import Trip
 from sitl.orders import (
@@ -30,15 +31,13 @@ from sitl.orders import (
     FlightStatus,
     Landed,
     Mode,
-    Notice,
     Order,
     SetHome,
     SetOutput,
     Severity,
-    Shot,
     Verdict,
 )
-from sitl.plans import MissionRun, PlanItem, Plans
+from sitl.plans import MissionRun, PlanItem
 from sitl.signals import Demand, GeoPoint, Setpoint, vector
 
 __all__ = ["Copter"]
@@ -50,32 +49,17 @@ _DISARMED = Demand(armed=False, idle=True, setpoint=NOTHING)
 _IDLE = Demand(armed=True, idle=True, setpoint=NOTHING)
 
 
-class Copter:
+class Copter(Pilot[CopterState]):
     """Takes orders and targets, and says frame by frame what the cascade shall do. `parameters` are ArduPilot's."""
 
     def __init__(self, parameters: Mapping[str, float]) -> None:
+        super().__init__(CopterState())
         self.parameters = parameters
-        self._state = CopterState()
-
-    @property
-    def armed(self) -> bool:
-        """Whether the motors may turn."""
-        return self._state.armed
 
     @property
     def mode(self) -> Mode:
         """What is done now."""
         return self._state.mode
-
-    @property
-    def plans(self) -> Plans:
-        """What has been uploaded."""
-        return self._state.plans
-
-    @property
-    def run(self) -> MissionRun:
-        """How far the mission has come."""
-        return self._state.run
 
     def obey(self, order: Order, condition: Condition) -> Verdict:
         """Carry out the order, or not."""
@@ -141,29 +125,6 @@ class Copter:
                 state.fence.time_us,
             ),
         )
-
-    @property
-    def has_news(self) -> bool:
-        """Whether there is something to tell or to show."""
-        return bool(self._state.notices or self._state.shots)
-
-    def take_shots(self) -> tuple[Shot, ...]:
-        """The pictures since the last call."""
-        shots, self._state.shots = self._state.shots, ()
-        return shots
-
-    def take_notices(self) -> tuple[Notice, ...]:
-        """What there is to tell since the last call."""
-        notices, self._state.notices = self._state.notices, ()
-        return notices
-
-    def snapshot(self) -> CopterState:
-        """All that the commander remembers."""
-        return replace(self._state)
-
-    def restore(self, state: CopterState) -> None:
-        """Go on from a snapshot."""
-        self._state = replace(state)
 
     def _proceed(self, condition: Condition, dt_s: float) -> Setpoint:
         """The setpoint a frame further along what the mode does."""

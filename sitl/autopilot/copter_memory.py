@@ -7,13 +7,10 @@ from dataclasses import dataclass, field, replace
 
 from sitl.autopilot.auto import Auto
 from sitl.autopilot.guided import Guided
-from sitl.autopilot.memory import NOTHING
-from sitl.autopilot.payload import Payload
+from sitl.autopilot.memory import NOTHING, PilotState
 from sitl.autopilot.smart import Trail
 from sitl.autopilot.trip import Speeds, Trip
-from sitl.orders import Condition, Home, Mode, Notice, Severity, Shot, Verdict
-from sitl.plans import MissionRun, Plans
-from sitl.signals import Setpoint
+from sitl.orders import Condition, Mode, Notice, Severity, Verdict
 
 __all__ = ["PREARM_US", "Alarms", "CopterState", "FenceRun", "knows_place", "notify", "refuse", "stand_down"]
 
@@ -69,14 +66,9 @@ class FenceRun:
 
 
 @dataclass(slots=True)
-class CopterState:
-    """All that the commander remembers. Its parts are values, so that a copy is a snapshot."""
+class CopterState(PilotState):
+    """All that ArduCopter's commander remembers."""
 
-    time_us: int = 0
-    armed: bool = False
-    armed_at_us: int = 0
-    flown: bool = False
-    standing_since_us: int | None = None
     mode: Mode = Mode.STABILIZE
     going: Guided | Auto | Trip | None = None
     auto_armed: bool = False
@@ -91,16 +83,9 @@ class CopterState:
     trail: Trail = field(default_factory=Trail)
     gcs_heard_us: int | None = None
     told_place: bool = False
-    setpoint: Setpoint = NOTHING
-    home: Home | None = None
     home_locked: bool = False
     """Whether somebody has said where home is: arming does not move it then."""
     speeds: Speeds = field(default_factory=Speeds)
-    plans: Plans = field(default_factory=Plans)
-    run: MissionRun = field(default_factory=MissionRun)
-    payload: Payload = field(default_factory=Payload)
-    shots: tuple[Shot, ...] = ()
-    notices: tuple[Notice, ...] = ()
 
 
 def stand_down(state: CopterState, condition: Condition) -> None:

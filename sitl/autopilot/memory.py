@@ -1,4 +1,4 @@
-"""All that the commander remembers."""
+"""What a commander remembers, and all that PX4's does."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sitl.orders import Home, Mode, Notice, Shot
 from sitl.plans import MissionRun, Plans
 from sitl.signals import Setpoint, vector
 
-__all__ = ["NOTHING", "CommanderState"]
+__all__ = ["NOTHING", "CommanderState", "PilotState"]
 
 _NAN3 = (math.nan, math.nan, math.nan)
 NOTHING = Setpoint(vector(_NAN3), vector(_NAN3), vector(_NAN3), math.nan, math.nan)
@@ -22,14 +22,27 @@ NOTHING = Setpoint(vector(_NAN3), vector(_NAN3), vector(_NAN3), math.nan, math.n
 
 
 @dataclass(slots=True)
-class CommanderState:
-    """All that the commander remembers. Its parts are values, so that a copy is a snapshot."""
+class PilotState:
+    """What a commander of either dialect remembers. Its parts are values, so that a copy is a snapshot."""
 
     time_us: int = 0
     armed: bool = False
     armed_at_us: int = 0
     flown: bool = False
     standing_since_us: int | None = None
+    setpoint: Setpoint = NOTHING
+    home: Home | None = None
+    plans: Plans = field(default_factory=Plans)
+    run: MissionRun = field(default_factory=MissionRun)
+    payload: Payload = field(default_factory=Payload)
+    shots: tuple[Shot, ...] = ()
+    notices: tuple[Notice, ...] = ()
+
+
+@dataclass(slots=True)
+class CommanderState(PilotState):
+    """All that PX4's commander remembers."""
+
     mode: Mode = Mode.HOLD
     failsafe: Mode | None = None
     """What is done instead of `mode`: setpoints are missing, or the position, or charge."""
@@ -43,14 +56,7 @@ class CommanderState:
     steering: Setpoint | None = None
     steered_at_us: int | None = None
     course: Course | MissionCourse | OrbitCourse | None = None
-    setpoint: Setpoint = NOTHING
-    home: Home | None = None
-    plans: Plans = field(default_factory=Plans)
-    run: MissionRun = field(default_factory=MissionRun)
     mission_fault: str | None = None
-    payload: Payload = field(default_factory=Payload)
-    shots: tuple[Shot, ...] = ()
-    notices: tuple[Notice, ...] = ()
 
     @property
     def mission_ok(self) -> bool:

@@ -6,7 +6,6 @@ says no with MAV_RESULT_FAILED. What the links share is the helm.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -25,7 +24,7 @@ from sitl.link.ardupilot_status import (
 from sitl.link.ardupilot_streams import COPTER_RATES_HZ, FASTEST_HZ, stream_messages
 from sitl.link.ardupilot_targets import global_target, local_target
 from sitl.link.codec import Codec, CodecState, Received
-from sitl.link.commands import Command, command_of
+from sitl.link.commands import Command, answered, command_of, whole_number
 from sitl.link.files import FILE_MESSAGE, Files
 from sitl.link.helm import Helm
 from sitl.link.logs import LOG_REQUEST, no_logs
@@ -50,7 +49,6 @@ _LOCAL_TARGET = message_type("SET_POSITION_TARGET_LOCAL_NED")
 _GLOBAL_TARGET = message_type("SET_POSITION_TARGET_GLOBAL_INT")
 _COMMAND_LONG = message_type("COMMAND_LONG")
 _COMMAND_INT = message_type("COMMAND_INT")
-_COMMAND_ACK = message_type("COMMAND_ACK")
 _SET_MODE = message_type("SET_MODE")
 _REQUEST_DATA_STREAM = message_type("REQUEST_DATA_STREAM")
 _PARAMETER_MESSAGES = tuple(map(message_type, ("PARAM_REQUEST_LIST", "PARAM_REQUEST_READ", "PARAM_SET")))
@@ -239,16 +237,16 @@ class ArduPilotLink:
         elif command.number in COPTER_ORDERS and command.number not in INT_ONLY:
             order = COPTER_ORDERS[command.number](command, flight)
         else:
-            return [_ack(command.number, _UNSUPPORTED, received)]
+            return [answered(command.number, _UNSUPPORTED, received)]
         result = _FAILED if order is None else _RESULTS[helm.obey(order)]
-        answers = [_ack(command.number, result, received)]
+        answers = [answered(command.number, result, received)]
         if isinstance(order, Arm) and result == _ACCEPTED:
             answers += self._whereabouts(helm)
         return answers
 
     def _do_set_mode(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        result, texts = self._switch(_number(command.param1), _number(command.param2), helm)
-        return [*texts, _ack(command.number, result, received)]
+        result, texts = self._switch(whole_number(command.param1), whole_number(command.param2), helm)
+        return [*texts, answered(command.number, result, received)]
 
     def _switch(self, base_mode: int, number: int, helm: Helm) -> tuple[int, list[Message]]:
         if not base_mode & _CUSTOM_MODE or base_mode < 0:
@@ -265,14 +263,14 @@ class ArduPilotLink:
         return texts
 
     def _request_message(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        if _number(command.param1) == AVAILABLE_MODES.ID:
-            modes = listed(COPTER_LISTED_MODES, _number(command.param2))
-            return [_ack(command.number, _ACCEPTED if modes else _FAILED, received), *modes]
-        builder = _BUILDERS.get(_number(command.param1))
+        if whole_number(command.param1) == AVAILABLE_MODES.ID:
+            modes = listed(COPTER_LISTED_MODES, whole_number(command.param2))
+            return [answered(command.number, _ACCEPTED if modes else _FAILED, received), *modes]
+        builder = _BUILDERS.get(whole_number(command.param1))
         message = None if builder is None else builder(helm.report())
         if message is None:
-            return [_ack(command.number, _FAILED, received)]
-        return [_ack(command.number, _ACCEPTED, received), message]
+            return [answered(command.number, _FAILED, received)]
+        return [answered(command.number, _ACCEPTED, received), message]
 
     def _request_version(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         return self._request_message(command._replace(param1=float(_AUTOPILOT_VERSION.ID)), received, helm)
@@ -281,41 +279,33 @@ class ArduPilotLink:
         return self._request_message(command._replace(param1=float(_HOME_POSITION.ID)), received, helm)
 
     def _set_interval(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        message_id, interval_us = _number(command.param1), command.param2
+        message_id, interval_us = whole_number(command.param1), command.param2
         if message_id not in _BUILDERS and message_id != _TIMESYNC.ID:
-            return [_ack(command.number, _DENIED, received)]
+            return [answered(command.number, _DENIED, received)]
         if message_id == _HEARTBEAT.ID and not 0.0 <= interval_us <= _HEARTBEAT_LIMIT_US:
-            return [_ack(command.number, _FAILED, received)]
+            return [answered(command.number, _FAILED, received)]
         if 0.0 < interval_us < 1e6 / FASTEST_HZ:
             text = f"Requested rate ({1e6 / interval_us:.1f} Hz) too fast"
-            return [*self._texts(text, helm), _ack(command.number, _DENIED, received)]
+            return [*self._texts(text, helm), answered(command.number, _DENIED, received)]
         if helm.time_us >= BOOT_US:  # before, it says yes and forgets
             self._streams.set_interval_us(message_id, interval_us, helm.time_us)
-        return [_ack(command.number, _ACCEPTED, received)]
+        return [answered(command.number, _ACCEPTED, received)]
 
     def _get_interval(self, command: Command, received: Received, _: Helm) -> list[Message]:
-        message_id = _number(command.param1)
+        message_id = whole_number(command.param1)
         interval = _MESSAGE_INTERVAL(self._streams.interval_us(message_id), message_id & 0xFFFF)
-        return [_ack(command.number, _ACCEPTED, received), interval]
+        return [answered(command.number, _ACCEPTED, received), interval]
 
     def _check(self, command: Command, received: Received, _: Helm) -> list[Message]:
         """RUN_PREARM_CHECKS: their outcome comes as texts and in SYS_STATUS."""
-        return [_ack(command.number, _ACCEPTED, received)]
+        return [answered(command.number, _ACCEPTED, received)]
 
     def _enable_fence(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         """As FENCE_ENABLE, which ArduPilot itself leaves as it was."""
         known = command.param1 in (0.0, 1.0)
         if known:
             helm.set_parameter("FENCE_ENABLE", command.param1)
-        return [_ack(command.number, _ACCEPTED if known else _FAILED, received)]
-
-
-def _ack(command_number: int, result: int, received: Received) -> Message:
-    return _COMMAND_ACK(command_number, result, 0, 0, received.system, received.component)
-
-
-def _number(value: float) -> int:
-    return int(value) if math.isfinite(value) else -1
+        return [answered(command.number, _ACCEPTED if known else _FAILED, received)]
 
 
 _HANDLERS: Mapping[MessageType, Callable[[ArduPilotLink, Received, Helm], list[Message]]] = {

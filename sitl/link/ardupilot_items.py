@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 from pymavlink.dialects.v20 import common
 
+from sitl.link.item_messages import packed
 from sitl.link.messages import Message, message_type
 from sitl.orders import Home
 from sitl.plans import PlanItem, PlanKind
@@ -18,7 +19,6 @@ from sitl.plans import PlanItem, PlanKind
 __all__ = ["CAPACITY", "item_of", "message_of", "with_home"]
 
 _MISSION_ITEM = message_type("MISSION_ITEM")
-_MISSION_ITEM_INT = message_type("MISSION_ITEM_INT")
 
 CAPACITY: Mapping[int, int] = {PlanKind.MISSION: 1306, PlanKind.FENCE: 70, PlanKind.RALLY: 46}
 """What fits into 32 KiB of storage."""
@@ -90,22 +90,4 @@ def message_of(
     item: PlanItem, seq: int, kind: int, partner: tuple[int, int], current: int, *, exact: bool
 ) -> Message:
     """The item as it is read back: in a MISSION_ITEM_INT when `exact`, else in a MISSION_ITEM."""
-    lat, lon = item.params[4:6]
-    if exact:
-        degree = 1e7 if item.has_place else 1.0
-        lat, lon = round(lat * degree), round(lon * degree)
-    message_kind = _MISSION_ITEM_INT if exact else _MISSION_ITEM
-    return message_kind(
-        *item.params[:4],
-        x=lat,
-        y=lon,
-        z=item.params[6],
-        seq=seq,
-        command=item.command,
-        target_system=partner[0],
-        target_component=partner[1],
-        frame=item.frame if item.has_place else 0,
-        current=int(seq == current),
-        autocontinue=1,
-        mission_type=kind,
-    )
+    return packed(item, item.frame if item.has_place else 0, seq, kind, partner, current, exact=exact)

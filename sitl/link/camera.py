@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pymavlink.dialects.v20 import common
 
 from sitl.link.codec import Codec, CodecState, Received
-from sitl.link.commands import ORDERS, Command, command_of
+from sitl.link.commands import ORDERS, Command, answered, command_of
 from sitl.link.helm import Helm
 from sitl.link.instruments import image_captured
 from sitl.link.messages import Message, MessageType, message_type
@@ -26,7 +26,6 @@ __all__ = ["CAMERA_COMPONENT", "Camera", "CameraState"]
 CAMERA_COMPONENT = common.MAV_COMP_ID_CAMERA
 
 _HEARTBEAT = message_type("HEARTBEAT")
-_COMMAND_ACK = message_type("COMMAND_ACK")
 _INFORMATION = message_type("CAMERA_INFORMATION")
 _SETTINGS = message_type("CAMERA_SETTINGS")
 _STORAGE = message_type("STORAGE_INFORMATION")
@@ -143,9 +142,7 @@ class Camera:
         """What it answers to a command that is meant for it: the ACK first, then what was asked for."""
         command = command_of(received.message)
         result, message = self._obey(command, helm)
-        out = self._codec.encode(
-            _COMMAND_ACK(command.number, result, 0, 0, received.system, received.component)
-        )
+        out = self._codec.encode(answered(command.number, result, received))
         return out if message is None else out + self._codec.encode(message)
 
     def show(self, shot: Shot) -> bytes:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from sitl.faults import LinkDelay, LinkFault, LinkLoss, PacketLoss
+from sitl.link.frames import frames
 
-__all__ = ["Channel", "ChannelState", "frames"]
-
-_MAGIC_V1, _MAGIC_V2 = 0xFE, 0xFD
-_OVERHEAD_V1, _OVERHEAD_V2, _SIGNATURE = 8, 12, 13
+__all__ = ["Channel", "ChannelState"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,27 +58,3 @@ class Channel:
         """Go on from a snapshot."""
         self._waiting = list(state.waiting)
         self._generator.bit_generator.state = state.generator
-
-
-def frames(data: bytes) -> Iterator[bytes]:
-    """MAVLink frames of either version, whole; what is none stays together up to the next beginning."""
-    begin = 0
-    while begin < len(data):
-        end = _end_of_frame(data, begin)
-        if end is None:
-            starts = (data.find(magic, begin + 1) for magic in (_MAGIC_V1, _MAGIC_V2))
-            end = min((at for at in starts if at > 0), default=len(data))
-        yield data[begin:end]
-        begin = end
-
-
-def _end_of_frame(data: bytes, begin: int) -> int | None:
-    """Where the frame that begins there ends, if it is whole."""
-    if data[begin] not in (_MAGIC_V1, _MAGIC_V2) or begin + 2 >= len(data):
-        return None
-    end = begin + data[begin + 1]
-    if data[begin] == _MAGIC_V1:
-        end += _OVERHEAD_V1
-    else:
-        end += _OVERHEAD_V2 + _SIGNATURE * (data[begin + 2] & 1)
-    return end if end <= len(data) else None

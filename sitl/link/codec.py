@@ -16,17 +16,13 @@ from typing import NamedTuple
 
 from pymavlink.dialects.v20 import common
 
+from sitl.link.frames import CHECKSUM_N, HEADER_N, HEADER_V1_N, MAGIC, MAGIC_V1, SIGNED, size_of
 from sitl.link.messages import Message, layout
-from sitl.link.signing import SIGNED, Signer
+from sitl.link.signing import Signer
 
 __all__ = ["Codec", "CodecState", "Received"]
 
 _HEADER = Struct("<BBBBBBBHB")
-_MAGIC = 0xFD
-_MAGIC_V1 = 0xFE
-_HEADER_LENGTH = 10
-_HEADER_LENGTH_V1 = 6
-_CHECKSUM_LENGTH = 2
 _START = re.compile(b"[\xfd\xfe]")
 _crc: Callable[[bytes, int], int] = getattr(common, "mcrf4xx", None) or (
     lambda data, _: common.x25crc(data).crc
@@ -75,7 +71,7 @@ class Codec:
         system, component = sender or (self.system, self.component)
         low, high = message.ID & 0xFFFF, message.ID >> 16
         flags = 0 if self._signer is None else SIGNED
-        header = _HEADER.pack(_MAGIC, len(payload), flags, 0, self._sequence, system, component, low, high)
+        header = _HEADER.pack(MAGIC, len(payload), flags, 0, self._sequence, system, component, low, high)
         frame = header + payload
         self._sequence = (self._sequence + 1) & 0xFF
         frame += _checksum(frame, message.LAYOUT.crc_extra)
@@ -87,12 +83,8 @@ class Codec:
         begin = 0
         if not self._pending and self._signer is None:
             size = len(data)
-            while (
-                size - begin >= _HEADER_LENGTH + _CHECKSUM_LENGTH
-                and data[begin] == _MAGIC
-                and not data[begin + 2]
-            ):
-                end = begin + _HEADER_LENGTH + data[begin + 1] + _CHECKSUM_LENGTH
+            while size - begin >= HEADER_N + CHECKSUM_N and data[begin] == MAGIC and not data[begin + 2]:
+                end = begin + HEADER_N + data[begin + 1] + CHECKSUM_N
                 if end > size:
                     break
                 received = _decode(data[begin:end])
@@ -153,13 +145,13 @@ class Codec:
         """What a frame carries; None when it is none, or not whole."""
         if not frame or len(frame) < _size(frame, 0):
             return None
-        if frame[0] == _MAGIC and not frame[2]:
+        if frame[0] == MAGIC and not frame[2]:
             return _decode(frame)
         try:
             sender = self._rare.decode(bytearray(frame))
         except common.MAVError:
             return None
-        begin = _HEADER_LENGTH_V1 if frame[0] == _MAGIC_V1 else _HEADER_LENGTH
+        begin = HEADER_V1_N if frame[0] == MAGIC_V1 else HEADER_N
         known = layout(sender.get_msgId())
         message = None if known is None else known.unpack(frame[begin : begin + frame[1]])
         return Received(message, sender.get_srcSystem(), sender.get_srcComponent())
@@ -187,19 +179,9 @@ class Codec:
 
 
 def _size(data: bytes, at: int) -> int:
-    """How long the frame is that begins there; the least that it can be while too little has come to know.
-
-    Zero when its header is impossible.
-    """
-    header = data[at : at + 3]
-    if header[:1] == bytes((_MAGIC_V1,)):
-        return _HEADER_LENGTH_V1 + _CHECKSUM_LENGTH + (header[1] if len(header) > 1 else 0)
-    if len(header) < 3:
-        return _HEADER_LENGTH + _CHECKSUM_LENGTH
-    if header[2] & ~SIGNED:
-        return 0
-    signature_length = common.MAVLINK_SIGNATURE_BLOCK_LEN if header[2] else 0
-    return _HEADER_LENGTH + header[1] + _CHECKSUM_LENGTH + signature_length
+    """How long the frame is that begins there, as `size_of` has it; zero when its header is impossible."""
+    flags = data[at + 2 : at + 3]
+    return 0 if data[at] == MAGIC and flags and flags[0] & ~SIGNED else size_of(data, at)
 
 
 def _decode(frame: bytes) -> Received | None:
@@ -208,10 +190,10 @@ def _decode(frame: bytes) -> Received | None:
     known = layout(low | high << 16)
     if known is None:
         return Received(None, system, component)
-    if _checksum(frame[:-_CHECKSUM_LENGTH], known.crc_extra) != frame[-_CHECKSUM_LENGTH:]:
+    if _checksum(frame[:-CHECKSUM_N], known.crc_extra) != frame[-CHECKSUM_N:]:
         return None
-    return Received(known.unpack(frame[_HEADER_LENGTH:-_CHECKSUM_LENGTH]), system, component)
+    return Received(known.unpack(frame[HEADER_N:-CHECKSUM_N]), system, component)
 
 
 def _checksum(frame: bytes, crc_extra: bytes) -> bytes:
-    return _crc(frame[1:] + crc_extra, 0xFFFF).to_bytes(_CHECKSUM_LENGTH, "little")
+    return _crc(frame[1:] + crc_extra, 0xFFFF).to_bytes(CHECKSUM_N, "little")

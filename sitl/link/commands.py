@@ -1,4 +1,4 @@
-"""MAV_CMD to orders: the commands that every MAVLink link of a PX4 vehicle takes alike."""
+"""What a MAVLink command says, its answer, and MAV_CMD to orders: those that every link of a PX4 vehicle takes alike."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from pymavlink.dialects.v20 import common
 
-from sitl.link.messages import Message
+from sitl.link.codec import Received
+from sitl.link.messages import Message, message_type
 from sitl.orders import (
     Arm,
     ChangeSpeed,
@@ -25,7 +26,9 @@ from sitl.orders import (
 )
 from sitl.plans import PlanItem
 
-__all__ = ["ORDERS", "Command", "command_of"]
+__all__ = ["ORDERS", "Command", "answered", "command_of", "whole_number"]
+
+_COMMAND_ACK = message_type("COMMAND_ACK")
 
 _FORCE = 21196.0
 _NO_LATLON = 2**31 - 1
@@ -51,6 +54,16 @@ def command_of(message: Message) -> Command:
         return Command._make((message.command, *message[:7]))
     lat_deg, lon_deg = (math.nan if value == _NO_LATLON else value * 1e-7 for value in (message.x, message.y))
     return Command._make((message.command, *message[:4], lat_deg, lon_deg, message.z))
+
+
+def answered(command_number: int, result: int, received: Received) -> Message:
+    """The COMMAND_ACK for whoever sent `received`."""
+    return _COMMAND_ACK(command_number, result, 0, 0, received.system, received.component)
+
+
+def whole_number(value: float) -> int:
+    """A parameter that is a number of something; −1 when it is left out."""
+    return int(value) if math.isfinite(value) else -1
 
 
 def _arming(command: Command, _: FlightStatus) -> Order | None:

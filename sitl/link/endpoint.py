@@ -9,6 +9,8 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Protocol
 
+from sitl.link.frames import datagrams
+
 __all__ = [
     "ARDUPILOT_TCP_PORTS",
     "GCS_PORTS",
@@ -18,7 +20,6 @@ __all__ = [
     "TcpLink",
     "UdpLink",
     "ardupilot_links",
-    "datagrams",
     "is_free",
     "listening",
     "px4_links",
@@ -34,10 +35,8 @@ ARDUPILOT_TCP_PORTS = (5760, 5762, 5763)
 """Where ArduPilot SITL listens, each plus ten times the instance."""
 _INSTANCE_STEP = 10
 
-_DATAGRAM_LIMIT = 1280
 _RECEIVE_SIZE = 65535
 _DATAGRAMS_PER_FRAME = 256
-_OVERHEAD, _SIGNATURE, _SIGNED = 12, 13, 1
 _SIGNING_EPOCH_S = 1_420_070_400  # 2015-01-01 UTC
 _FRAME_US = 10_000
 _UNSENT_LIMIT = 1 << 20
@@ -212,19 +211,6 @@ class TcpLink:
         if self._client is not None:
             self._client.close()
         self._client, self._unsent = None, b""
-
-
-def datagrams(frames: bytes, limit: int = _DATAGRAM_LIMIT) -> Iterator[bytes]:
-    """MAVLink 2 frames in datagrams of at most `limit` bytes, none of them cut."""
-    begin = end = 0
-    while end < len(frames):
-        size = frames[end + 1] + _OVERHEAD + _SIGNATURE * (frames[end + 2] & _SIGNED)
-        if end > begin and end + size - begin > limit:
-            yield frames[begin:end]
-            begin = end
-        end += size
-    if end > begin:
-        yield frames[begin:]
 
 
 def px4_links(bind_address: str, instance: int) -> tuple[UdpLink, ...]:

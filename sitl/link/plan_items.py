@@ -10,13 +10,13 @@ from collections.abc import Mapping
 
 from pymavlink.dialects.v20 import common
 
+from sitl.link.item_messages import packed
 from sitl.link.messages import Message, message_type
 from sitl.plans import PlanItem, PlanKind
 
 __all__ = ["CAPACITY", "item_of", "message_of"]
 
 _MISSION_ITEM = message_type("MISSION_ITEM")
-_MISSION_ITEM_INT = message_type("MISSION_ITEM_INT")
 
 CAPACITY: Mapping[int, int] = {PlanKind.MISSION: 10_000, PlanKind.FENCE: 64, PlanKind.RALLY: 32}
 """PX4 SITL's store. A flight controller's holds 500 or 1000 mission items."""
@@ -130,26 +130,8 @@ def message_of(
     item: PlanItem, seq: int, kind: int, partner: tuple[int, int], current: int, *, exact: bool
 ) -> Message:
     """The item as it is read back: in a MISSION_ITEM_INT when `exact`, else in a MISSION_ITEM."""
-    lat, lon = item.params[4:6]
     frame = item.frame
     if item.has_place:
         frames = _INT_FRAMES if exact else _FLOAT_FRAMES
         frame = frames[1] if item.frame in _RELATIVE else frames[0]
-    if exact:
-        degree = 1e7 if item.has_place else 1.0
-        lat, lon = round(lat * degree), round(lon * degree)
-    message_kind = _MISSION_ITEM_INT if exact else _MISSION_ITEM
-    return message_kind(
-        *item.params[:4],
-        x=lat,
-        y=lon,
-        z=item.params[6],
-        seq=seq,
-        command=item.command,
-        target_system=partner[0],
-        target_component=partner[1],
-        frame=frame,
-        current=int(seq == current),
-        autocontinue=int(item.autocontinue),
-        mission_type=kind,
-    )
+    return packed(item, frame, seq, kind, partner, current, exact=exact)

@@ -14,7 +14,7 @@ from pymavlink.dialects.v20 import common
 
 from sitl.link.camera import Camera, CameraState
 from sitl.link.codec import Codec, CodecState, Received
-from sitl.link.commands import ORDERS, Command, command_of
+from sitl.link.commands import ORDERS, Command, answered, command_of, whole_number
 from sitl.link.failures import begun_by, ended_by
 from sitl.link.files import FILE_MESSAGE, Files, no_file
 from sitl.link.gimbal import GIMBAL, claimed
@@ -40,7 +40,6 @@ _SET_POSITION_TARGET = message_type("SET_POSITION_TARGET_LOCAL_NED")
 _SET_ATTITUDE_TARGET = message_type("SET_ATTITUDE_TARGET")
 _COMMAND_LONG = message_type("COMMAND_LONG")
 _COMMAND_INT = message_type("COMMAND_INT")
-_COMMAND_ACK = message_type("COMMAND_ACK")
 _SET_MODE = message_type("SET_MODE")
 _PARAMETER_MESSAGES = tuple(map(message_type, ("PARAM_REQUEST_LIST", "PARAM_REQUEST_READ", "PARAM_SET")))
 _PING = message_type("PING")
@@ -259,7 +258,7 @@ class Px4Link:
             return []
         code = message.custom_mode >> 16 & 0xFF, message.custom_mode >> 24 & 0xFF
         result = _switch_mode(message.base_mode, code, helm)
-        return [_ack(common.MAV_CMD_DO_SET_MODE, result, received)]
+        return [answered(common.MAV_CMD_DO_SET_MODE, result, received)]
 
     def _on_command(self, received: Received, helm: Helm) -> list[Message]:
         if not (self._addresses_us(received.message) or self._addresses_camera(received.message)):
@@ -270,30 +269,30 @@ class Px4Link:
             return special(self, command, received, helm)
         order_of = ORDERS.get(command.number)
         if order_of is None:
-            return [_ack(command.number, common.MAV_RESULT_UNSUPPORTED, received)]
+            return [answered(command.number, common.MAV_RESULT_UNSUPPORTED, received)]
         if command.number == common.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE:
             command = claimed(command, received)
         order = order_of(command, helm.report().flight)
         result = common.MAV_RESULT_DENIED if order is None else _RESULTS[helm.obey(order)]
-        return [_ack(command.number, result, received)]
+        return [answered(command.number, result, received)]
 
     def _do_set_mode(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         """PX4's receiver says yes at once. Its commander says what came of it a frame (10 ms) later."""
         code = _byte(command.param2), _byte(command.param3)
-        verdict = _ack(command.number, _switch_mode(_byte(command.param1), code, helm), received)
+        verdict = answered(command.number, _switch_mode(_byte(command.param1), code, helm), received)
         self._verdicts = (*self._verdicts, verdict)
-        return [_ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
+        return [answered(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
     def _request_message(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        if _number(command.param1) == AVAILABLE_MODES.ID:
-            modes = listed(PX4_MODES, _number(command.param2) if math.isfinite(command.param2) else 0)
+        if whole_number(command.param1) == AVAILABLE_MODES.ID:
+            modes = listed(PX4_MODES, whole_number(command.param2) if math.isfinite(command.param2) else 0)
             result = common.MAV_RESULT_ACCEPTED if modes else common.MAV_RESULT_DENIED
-            return [*modes, _ack(command.number, result, received)]
-        builder = self._builders.get(_number(command.param1))
+            return [*modes, answered(command.number, result, received)]
+        builder = self._builders.get(whole_number(command.param1))
         message = None if builder is None else builder(helm.report())
         if message is None:
-            return [_ack(command.number, common.MAV_RESULT_DENIED, received)]
-        return [message, _ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
+            return [answered(command.number, common.MAV_RESULT_DENIED, received)]
+        return [message, answered(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
     def _inject_failure(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         """Only where SYS_FAILURE_EN allows it, as in PX4."""
@@ -308,7 +307,7 @@ class Px4Link:
                 helm.inject(fault)
             for kind in ended:
                 helm.heal(kind)
-        return [_ack(command.number, result, received)]
+        return [answered(command.number, result, received)]
 
     def _request_named(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         """The old commands that ask for one message each."""
@@ -316,18 +315,18 @@ class Px4Link:
         return self._request_message(wanted, received, helm)
 
     def _set_interval(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        message_id = _number(command.param1)
+        message_id = whole_number(command.param1)
         unknown = message_id not in self._builders and message_id not in (_PING.ID, _TIMESYNC.ID)
         silenced = message_id == _HEARTBEAT.ID and not 0.0 <= command.param2 <= _HEARTBEAT_LIMIT_US
         if unknown or silenced:
-            return [_ack(command.number, common.MAV_RESULT_FAILED, received)]
+            return [answered(command.number, common.MAV_RESULT_FAILED, received)]
         self._streams.set_interval_us(message_id, command.param2, helm.time_us)
-        return [_ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
+        return [answered(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
     def _get_interval(self, command: Command, received: Received, _: Helm) -> list[Message]:
-        message_id = _number(command.param1)
+        message_id = whole_number(command.param1)
         interval = _MESSAGE_INTERVAL(self._streams.interval_us(message_id), message_id & 0xFFFF)
-        return [interval, _ack(command.number, common.MAV_RESULT_ACCEPTED, received)]
+        return [interval, answered(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
 
 _REQUESTED_BY: Mapping[int, int] = {
@@ -337,10 +336,6 @@ _REQUESTED_BY: Mapping[int, int] = {
 }
 _CAMERA = common.MAV_COMP_ID_CAMERA
 _CAMERA_COMMANDS = (common.MAV_CMD_IMAGE_START_CAPTURE, common.MAV_CMD_IMAGE_STOP_CAPTURE)
-
-
-def _ack(command_number: int, result: int, received: Received) -> Message:
-    return _COMMAND_ACK(command_number, result, 0, 0, received.system, received.component)
 
 
 def _switch_mode(base_mode: int, code: tuple[int, int], helm: Helm) -> int:
@@ -354,10 +349,6 @@ def _switch_mode(base_mode: int, code: tuple[int, int], helm: Helm) -> int:
 def _byte(value: float) -> int:
     """A parameter as PX4 casts it; one that is left out counts as zero."""
     return int(value) & 0xFF if math.isfinite(value) else 0
-
-
-def _number(value: float) -> int:
-    return int(value) if math.isfinite(value) else -1
 
 
 _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message]]] = {

@@ -11,12 +11,10 @@ import re
 from dataclasses import dataclass
 from hashlib import sha256
 
-__all__ = ["SIGNED", "Signer", "SignerState", "Signing", "parse_key"]
+from sitl.link.frames import MAGIC, SIGNED
 
-SIGNED = 1
-"""The incompatibility flag of a frame that carries a signature."""
+__all__ = ["Signer", "SignerState", "Signing", "parse_key"]
 
-_MAGIC_V2 = 0xFD
 _KEY_LENGTH = 32
 _BLOCK = 13  # link, timestamp, signature
 _STAMP, _SIGNATURE = 6, 6
@@ -65,7 +63,7 @@ class Signer:
         return accepted
 
     def _judge(self, frame: bytes) -> bool:
-        if frame[0] != _MAGIC_V2 or not frame[2] & SIGNED:
+        if frame[0] != MAGIC or not frame[2] & SIGNED:
             return False
         stamp = int.from_bytes(frame[-_STAMP - _SIGNATURE : -_SIGNATURE], "little")
         stream = frame[-_BLOCK : -_BLOCK + 1] + frame[5:7]  # link, system, component

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import BinaryIO
 
-__all__ = ["TlogWriter", "logged_frames", "whole_frames"]
+from sitl.link.frames import whole_frames
+
+__all__ = ["TlogWriter", "logged_frames"]
 
 _EPOCH_UNIX_US = 1_767_225_600_000_000
 """2026-01-01, as in SYSTEM_TIME: simulated time is logged, so that equal flights give equal files."""
-_V2, _V1 = 0xFD, 0xFE
-_OVERHEAD_V2, _OVERHEAD_V1, _SIGNATURE = 12, 8, 13
-_SIGNED = 1
 _STAMP, _LONGEST = 8, 280
 
 
@@ -34,22 +33,6 @@ class TlogWriter:
                 self._file.write(record)
             except OSError as error:
                 self.fault = error
-
-
-def whole_frames(data: bytes) -> Iterator[bytes]:
-    """The MAVLink frames that lie end to end in `data`. What does not look like one ends the walk."""
-    begin, size = 0, len(data)
-    while begin + _OVERHEAD_V1 <= size:
-        if data[begin] == _V2:
-            end = begin + data[begin + 1] + _OVERHEAD_V2 + _SIGNATURE * (data[begin + 2] & _SIGNED)
-        elif data[begin] == _V1:
-            end = begin + data[begin + 1] + _OVERHEAD_V1
-        else:
-            return
-        if end > size:
-            return
-        yield data[begin:end]
-        begin = end
 
 
 def logged_frames(log: bytes) -> Iterator[bytes]:

@@ -2,7 +2,6 @@
 
 import random
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -12,6 +11,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import pytest
+
+from sitl.pytest_plugin.ports import free_ports
 
 ROOT = Path(__file__).parents[2]
 START_LIMIT_S = 240.0  # numba may have to compile first
@@ -38,25 +39,9 @@ class Vehicle:
         return 14550 + self.instance
 
 
-def is_free(port):
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.bind(("127.0.0.1", port))
-        except OSError:
-            return False
-    return True
-
-
 def free_instance():
-    """An instance that shares no port with any vehicle at work, nor with 14550, where clients listen."""
-    for instance in random.sample(range(20, 250), 230):  # another test run looks for one at the same time
-        # Ten further on, another vehicle's offboard link sends to where our ground station listens.
-        neighbours = (14570 + instance, 14590 + instance)
-        if all(
-            map(is_free, (14540 + instance, 14550 + instance, 14580 + instance, 18570 + instance))
-        ) and all(map(is_free, neighbours)):
-            return instance
-    raise RuntimeError("no free instance")
+    """An instance whose ports nobody has; any of them, since another test run looks for one at the same time."""
+    return random.choice(list(free_ports("px4"))).instance
 
 
 def launch(*options, instance=None):

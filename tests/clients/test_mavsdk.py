@@ -6,33 +6,16 @@ import pytest
 
 pytest.importorskip("mavsdk.asyncio")
 
-from mavsdk.asyncio import Configuration, Mavsdk
 from mavsdk.asyncio.plugins.action import ActionAsync
 from mavsdk.asyncio.plugins.offboard import OffboardAsync
 from mavsdk.asyncio.plugins.param import ParamAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
-from mavsdk.component_type import ComponentType
 from mavsdk.plugins.offboard import PositionNedYaw, VelocityNedYaw
-
-
-async def first(stream, holds, limit_s=20.0):
-    """The first item of the stream for which it holds."""
-
-    async def search():
-        async for item in stream:
-            if holds(item):
-                return item
-        raise AssertionError("the stream ended")
-
-    return await asyncio.wait_for(search(), limit_s)
+from mavsdk_session import async_system_of, first
 
 
 async def fly(vehicle):
-    mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
-    try:
-        await mavsdk.add_any_connection(f"udpin://127.0.0.1:{vehicle.offboard_port}")
-        system = await mavsdk.first_autopilot(timeout_s=10.0)
-        assert system is not None
+    async with async_system_of(vehicle) as system:
         telemetry, action = TelemetryAsync(system), ActionAsync(system)
         offboard, param = OffboardAsync(system), ParamAsync(system)
 
@@ -65,8 +48,6 @@ async def fly(vehicle):
 
         await action.land()
         await first(telemetry.subscribe_armed(), lambda armed: not armed, 30.0)
-    finally:
-        mavsdk.destroy()
 
 
 def test_health_arm_takeoff_offboard_and_land(start_vehicle):

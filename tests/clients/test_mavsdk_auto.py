@@ -8,26 +8,15 @@ import pytest
 
 pytest.importorskip("mavsdk.asyncio")
 
-from mavsdk import ComponentType
-from mavsdk.asyncio import Configuration, Mavsdk
 from mavsdk.asyncio.plugins.action import ActionAsync
 from mavsdk.asyncio.plugins.mission_raw import MissionRawAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
 from mavsdk.plugins.telemetry import FlightMode
+from mavsdk_session import async_system_of, first
 
 from mavspiral.handover import inspection_documents, inspection_missions
 from mavspiral.mission import load_mission
 from mavspiral.planner import plan
-
-
-async def first(stream, holds, limit_s):
-    async def search():
-        async for found in stream:
-            if holds(found):
-                return found
-        raise AssertionError("the stream ended")
-
-    return await asyncio.wait_for(search(), limit_s)
 
 
 def kiosk_plan():
@@ -37,11 +26,7 @@ def kiosk_plan():
 
 
 async def fly(vehicle):
-    mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
-    try:
-        await mavsdk.add_any_connection(f"udpin://127.0.0.1:{vehicle.offboard_port}")
-        system = await mavsdk.first_autopilot(timeout_s=10.0)
-        assert system is not None
+    async with async_system_of(vehicle) as system:
         telemetry, action, mission = TelemetryAsync(system), ActionAsync(system), MissionRawAsync(system)
         await first(telemetry.subscribe_health_all_ok(), bool, 20.0)
 
@@ -63,8 +48,6 @@ async def fly(vehicle):
         )
         assert progress.total == len(back)
         await first(telemetry.subscribe_armed(), lambda armed: not armed, 40.0)
-    finally:
-        mavsdk.destroy()
 
 
 def test_the_kiosks_plan_is_imported_uploaded_and_flown(start_vehicle):

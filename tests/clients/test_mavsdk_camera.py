@@ -6,9 +6,9 @@ import pytest
 
 pytest.importorskip("mavsdk")
 
-from mavsdk import ComponentType, Configuration, Mavsdk
 from mavsdk.plugins.camera import Camera
 from mavsdk.plugins.gimbal import ControlMode, Gimbal, GimbalMode, SendMode
+from mavsdk_session import system_of
 
 LIMIT_S = 15.0
 
@@ -25,11 +25,7 @@ def wait(ask, limit_s=LIMIT_S):
 
 def test_camera_and_gimbal_are_found_and_used(start_vehicle):
     vehicle = start_vehicle("--camera", "--speedup", "4")
-    sdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
-    try:
-        sdk.add_any_connection(f"udpin://127.0.0.1:{vehicle.offboard_port}")
-        system = sdk.first_autopilot(10.0)
-        assert system is not None
+    with system_of(vehicle) as system:
         camera, gimbal = Camera(system), Gimbal(system)
 
         (found,) = wait(lambda: camera.camera_list().cameras)
@@ -49,5 +45,3 @@ def test_camera_and_gimbal_are_found_and_used(start_vehicle):
         gimbal.take_control(managed.gimbal_id, ControlMode.PRIMARY)
         gimbal.set_angles(managed.gimbal_id, 0.0, -45.0, 20.0, GimbalMode.YAW_FOLLOW, SendMode.ONCE)
         gimbal.release_control(managed.gimbal_id)
-    finally:
-        sdk.destroy()

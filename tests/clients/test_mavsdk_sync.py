@@ -7,7 +7,6 @@ import pytest
 
 pytest.importorskip("mavsdk")
 
-from mavsdk import ComponentType, Configuration, Mavsdk
 from mavsdk.plugins.action import Action, ActionError, OrbitYawBehavior
 from mavsdk.plugins.failure import Failure, FailureError, FailureResult, FailureType, FailureUnit
 from mavsdk.plugins.geofence import Circle, FenceType, Geofence, GeofenceData, Point, Polygon
@@ -25,6 +24,7 @@ from mavsdk.plugins.offboard import (
 )
 from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry
+from mavsdk_session import system_of
 
 LAT_DEG, LON_DEG = 23.96028, 32.8675
 DEGREE_M = 111_000.0
@@ -88,12 +88,8 @@ class Drone:
 
 @pytest.fixture(scope="module")
 def drone(shared_vehicle):
-    sdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
-    sdk.add_any_connection(f"udpin://127.0.0.1:{shared_vehicle.offboard_port}")
-    system = sdk.first_autopilot(10.0)
-    assert system is not None
-    yield Drone(system)
-    sdk.destroy()
+    with system_of(shared_vehicle) as system:
+        yield Drone(system)
 
 
 def item(seq, command, p1=0.0, p2=0.0, p3=0.0, p4=math.nan, north_m=0.0, east_m=0.0, height_m=0.0, frame=3):

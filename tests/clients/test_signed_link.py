@@ -9,7 +9,7 @@ from pymavlink import mavutil
 
 import mavspiral
 from sitl.link.codec import Codec
-from sitl.link.endpoint import datagrams
+from sitl.link.frames import datagrams
 from sitl.link.messages import message_type
 from sitl.link.signing import Signer, Signing
 

@@ -11,8 +11,8 @@ import threading
 from pathlib import Path
 
 import pytest
-from mavsdk import ComponentType, Configuration, Mavsdk
 from mavsdk.plugins.mission_raw import MissionRaw
+from mavsdk_session import system_of
 
 ROOT = Path(__file__).parents[2]
 GOLDEN = ROOT / "tests/golden/kiosk.plan"
@@ -77,17 +77,11 @@ def upload(source, url, *options):
 
 
 def as_mavsdk_sees_it(vehicle):
-    sdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
-    try:
-        sdk.add_any_connection(f"udpin://127.0.0.1:{vehicle.offboard_port}")
-        system = sdk.first_autopilot(10.0)
-        assert system is not None
+    with system_of(vehicle) as system:
         plugin = MissionRaw(system)
         document = GOLDEN.read_text()
         wanted = plugin.import_qgroundcontrol_mission_from_string(document)
         return wanted, plugin.download_mission(), plugin.download_geofence(), plugin.download_rallypoints()
-    finally:
-        sdk.destroy()
 
 
 def test_mission_fence_and_rally_arrive_as_mavsdk_reads_them(start_vehicle):

@@ -4,8 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl.faults import LinkDelay, LinkLoss, PacketLoss
-from sitl.link.channel import Channel, frames
+from sitl.link.channel import Channel
 from sitl.link.codec import Codec
+from sitl.link.frames import frames
 from sitl.link.messages import message_type
 
 HEARTBEAT = message_type("HEARTBEAT")

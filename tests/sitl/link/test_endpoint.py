@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl.link.codec import Codec
-from sitl.link.endpoint import PortTakenError, TcpLink, UdpLink, datagrams, run, wait_for_client
+from sitl.link.endpoint import PortTakenError, TcpLink, UdpLink, run, wait_for_client
+from sitl.link.frames import datagrams
 from sitl.link.messages import message_type
 
 STATUSTEXT = message_type("STATUSTEXT")

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from pymavlink import mavutil
 
 from sitl.link.codec import Codec
+from sitl.link.frames import whole_frames
 from sitl.link.messages import message_type
-from sitl.link.tlog import TlogWriter, logged_frames, whole_frames
+from sitl.link.tlog import TlogWriter, logged_frames
 
 STATUSTEXT = message_type("STATUSTEXT")
 

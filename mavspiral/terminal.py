@@ -1,0 +1,107 @@
+"""What the verbs say on the terminal: tables and lines, or one JSON object; and what they ask there."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from mavspiral.errors import InputError, LimitError
+
+if TYPE_CHECKING:
+    from mavspiral.export.check import Verdict
+    from mavspiral.flight.flight_log import Event
+    from mavspiral.mission import Mission
+
+__all__ = ["ask", "failures_as_json", "quiet", "say", "tell", "tell_json", "tell_verdict"]
+
+
+def tell_json(summary: dict[str, Any]) -> None:
+    """Prints the one JSON object."""
+    print(json.dumps(summary, ensure_ascii=False, allow_nan=False))
+
+
+def tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str]]) -> None:
+    """Prints a verb's summary: figures as a table of `rows`, then warnings, failures, verdict and files."""
+    if as_json:
+        tell_json(summary)
+        return
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    table = Table(
+        title=summary["name"], title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0)
+    )
+    for header, side in (("figure", "left"), ("value", "right"), ("asked", "left")):
+        table.add_column(header, justify=side, header_style="dim")  # type: ignore[arg-type]
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+    # Texts, not markup: a line that begins with [accept] must not be taken for a style.
+    for word, style, key in (("warning", "yellow", "warnings"), ("failed", "red", "failures")):
+        for line in summary.get(key, ()):
+            console.print(Text.assemble((word, style), " ", line), soft_wrap=True)
+    if "passed" in summary:
+        console.print(Text("passed", "green") if summary["passed"] else Text("failed", "red"))
+    files = sorted(summary.get("files", {}).values())
+    if files:
+        console.print(Text(f"wrote {len(files)} files to {Path(files[0]).parent}", "dim"), soft_wrap=True)
+
+
+def tell_verdict(path: Path, verdict: Verdict) -> None:
+    """Prints what `check` found in the file, line by line."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    for word, style, lines in (("error", "red", verdict.errors), ("warning", "yellow", verdict.warnings)):
+        for line in lines:
+            console.print(Text.assemble((word, style), " ", line), soft_wrap=True)
+    words = "loads and is taken" if verdict.ok else "does not pass"
+    asked = f", held against {verdict.autopilot}" if verdict.autopilot else ""
+    console.print(
+        Text(f"{path.name}: {verdict.items} items{asked}: {words}", "green" if verdict.ok else "red"),
+        soft_wrap=True,
+    )
+
+
+@contextlib.contextmanager
+def failures_as_json(mission: Mission, as_json: bool) -> Iterator[None]:
+    """What was worked out and does not hold is an answer too: with --json an object with its failures, exit 1."""
+    try:
+        yield
+    except LimitError as error:
+        if not as_json:
+            raise
+        tell_json({"name": mission.name, "passed": False, "failures": [str(error)]})
+        raise typer.Exit(error.exit_code) from None
+
+
+def ask(name: str, url: str) -> None:
+    """Asks whether the vehicle may take off.
+
+    Raises:
+        InputError: nobody is there to be asked.
+        Abort: no.
+    """
+    if not sys.stdin.isatty():
+        raise InputError(
+            f"fly {name}: nobody is there to be asked. Fix: --yes, if the vehicle at {url} may take off"
+        )
+    typer.confirm(f"Arm the vehicle at {url} and fly {name}?", abort=True, err=True)
+
+
+def say(event: Event) -> None:
+    """Prints what happened in flight, and when."""
+    print(f"{event.t_us / 1e6:8.1f} s  {event.text}", flush=True)
+
+
+def quiet(event: Event) -> None:
+    """Says nothing: with --json there is one object on stdout and nothing else."""

@@ -1,0 +1,52 @@
+"""MAVSDK 4 on a vehicle's offboard link, as its users begin: found, used and let go."""
+
+import asyncio
+import contextlib
+
+from mavsdk import ComponentType, Configuration, Mavsdk
+from mavsdk import asyncio as mavsdk_asyncio
+
+FOUND_LIMIT_S = 10.0
+
+
+def url(vehicle):
+    return f"udpin://127.0.0.1:{vehicle.offboard_port}"
+
+
+@contextlib.contextmanager
+def system_of(vehicle):
+    """The system that MAVSDK's blocking API finds."""
+    sdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+    try:
+        sdk.add_any_connection(url(vehicle))
+        system = sdk.first_autopilot(FOUND_LIMIT_S)
+        assert system is not None
+        yield system
+    finally:
+        sdk.destroy()
+
+
+@contextlib.asynccontextmanager
+async def async_system_of(vehicle):
+    """The system that MAVSDK's asyncio API finds."""
+    ground_station = mavsdk_asyncio.Configuration.create_with_component_type(ComponentType.GROUND_STATION)
+    sdk = mavsdk_asyncio.Mavsdk(ground_station)
+    try:
+        await sdk.add_any_connection(url(vehicle))
+        system = await sdk.first_autopilot(timeout_s=FOUND_LIMIT_S)
+        assert system is not None
+        yield system
+    finally:
+        sdk.destroy()
+
+
+async def first(stream, holds, limit_s=20.0):
+    """The first item of the stream for which it holds."""
+
+    async def search():
+        async for item in stream:
+            if holds(item):
+                return item
+        raise AssertionError("the stream ended")
+
+    return await asyncio.wait_for(search(), limit_s)
