@@ -50,7 +50,7 @@ def plan(mission: Mission) -> Inspection:
     home = home_enu_m(mission, site, required_m)
     pace = pace_of(mission, camera, limits)
     ways = ways_of(mission, site, required_m)
-    found = pieces_of(mission, site, camera, pace, home, required_m, ways.solids)
+    found = pieces_of(mission, site, camera, pace, home, ways)
     watch.lap("curve")
 
     passes = flown_in_order(found.pieces, sharpness_of(mission, camera))

@@ -9,7 +9,7 @@ outline belongs to the height z(kΔ): no outline is ever flown below its own hei
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -78,6 +78,11 @@ class SpiralPath(Differentiable):
     def harmonics(self) -> int:
         """The paper's N."""
         return int(self.coefficients_m.shape[1]) - 1
+
+    def begun(self, phase_rad: float) -> SpiralPath:
+        """The same outlines at the same heights, begun `phase_rad` further along them."""
+        turned = np.exp(1j * phase_rad * np.arange(self.harmonics + 1))
+        return replace(self, coefficients_m=self.coefficients_m * turned[:, None])
 
     def outline(self, key: int) -> FourierCurve:
         """The plan curve of one key."""

@@ -20,10 +20,10 @@ from mavspiral.pieces.spirals import spirals_of
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.slicing import obstacle_distance, solid_distance
 from mavspiral.survey.camera import Camera
-from mavspiral.survey.solids import Solids
+from mavspiral.tour.begins import begun_where_ways_are_short
 from mavspiral.tour.order import quickest_order
 from mavspiral.tour.passes import Piece
-from mavspiral.tour.transit import MARGIN_M
+from mavspiral.tour.transit import MARGIN_M, Ways
 
 __all__ = ["Pieces", "pieces_of"]
 
@@ -45,12 +45,11 @@ def pieces_of(
     camera: Camera,
     pace: Limits,
     home_enu_m: FloatArray,
-    required_m: float,
-    everything: Solids,
+    ways: Ways,
 ) -> Pieces:
     """Spirals around the parts of the building and inside its courtyards, in the quickest order from home and back.
 
-    Each begins where it is nearest to where the one before ends.
+    Spirals begin where the ways to them, between them and back are short.
 
     Raises:
         InputError: the mission on this map contradicts itself.
@@ -62,7 +61,7 @@ def pieces_of(
     reach_m = 2.0 * asked.standoff_m + pace.speed_mps**2 / pace.acceleration_mps2
     solid = solid_distance(site, reach_m=reach_m)
     others = obstacle_distance(site, solid)
-    setting = Setting(mission, site, camera, pace, required_m, solid, others, everything)
+    setting = Setting(mission, site, camera, pace, ways.clearance_m, solid, others, ways.solids)
     candidates, told = spirals_of(setting)
     if asked.courtyards:
         inner, narrow = courtyards_of(setting)
@@ -78,7 +77,7 @@ def pieces_of(
         here_enu_m = piece.path(piece.path.u_end_rad)
     roofs = _roofs(setting, home_enu_m)
     if not roofs:
-        return Pieces(tuple(pieces), told)
+        return Pieces(begun_where_ways_are_short(pieces, home_enu_m, ways), told)
     whole = [*pieces, *roofs]
     order = quickest_order(
         np.array([piece.path(0.0) for piece in whole]),
@@ -86,7 +85,7 @@ def pieces_of(
         home_enu_m,
         pace,
     )
-    return Pieces(tuple(whole[i] for i in order), told)
+    return Pieces(begun_where_ways_are_short([whole[i] for i in order], home_enu_m, ways), told)
 
 
 def _roofs(setting: Setting, home_enu_m: FloatArray) -> tuple[Piece, ...]:

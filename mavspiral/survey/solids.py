@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray, locked
 from mavspiral.shape.heightmap import HeightMap
@@ -61,10 +61,23 @@ class Solids:
 
         0 inside a box, infinity where there are no boxes. Without a sweep the way is a point.
         """
+        return self._searched(position_enu_m, sweep_enu_m, math.inf, 0.0)
+
+    def clear(
+        self, position_enu_m: ArrayLike, sweep_enu_m: ArrayLike, distance_m: float
+    ) -> NDArray[np.bool_]:
+        """Whether each way keeps `distance_m` from every box: what `distance_m` would tell, but sooner."""
+        return self._searched(position_enu_m, sweep_enu_m, distance_m, distance_m) >= distance_m
+
+    def _searched(
+        self, position_enu_m: ArrayLike, sweep_enu_m: ArrayLike, farthest_m: float, enough_m: float
+    ) -> FloatArray:
         positions = np.array(position_enu_m, dtype=np.float64, order="C")
         sweeps = np.empty_like(positions)
         sweeps[...] = sweep_enu_m
-        distances: FloatArray = _distances(self._pyramid_m, self.cell_m, self.origin_enu_m, positions, sweeps)
+        distances: FloatArray = _distances(
+            self._pyramid_m, self.cell_m, self.origin_enu_m, positions, sweeps, farthest_m, enough_m
+        )
         return distances
 
 
@@ -130,8 +143,15 @@ def _way_distance2(p: FloatArray, w: FloatArray, box: FloatArray) -> float:
 
 @njit(cache=True, nogil=True)
 def _distances(
-    pyramid: FloatArray, cell: float, origin: FloatArray, positions: FloatArray, sweeps: FloatArray
+    pyramid: FloatArray,
+    cell: float,
+    origin: FloatArray,
+    positions: FloatArray,
+    sweeps: FloatArray,
+    farthest: float,
+    enough: float,
 ) -> FloatArray:
+    # Nothing is looked for beyond `farthest`, nor further where a box is nearer than `enough`.
     # Node (level, r, c) is pyramid[(4^level - 1)/3 + r·2^level + c]; level 0 is the whole grid.
     levels = 0
     while ((1 << (2 * (levels + 1))) - 1) // 3 < len(pyramid):
@@ -139,7 +159,7 @@ def _distances(
     stack = np.empty((4 * levels + 4, 3), dtype=np.int64)
     box = np.zeros(6)
     box[4] = -FOUNDATION_M
-    distances = np.full(len(positions), math.inf)
+    distances = np.empty(len(positions))
     near_r = near_c = -1
     for k in range(len(positions)):
         p, w = positions[k], sweeps[k]
@@ -150,14 +170,14 @@ def _distances(
         length = max(math.sqrt(w[0] * w[0] + w[1] * w[1]), 1e-12)
         nx, ny = -w[1] / length, w[0] / length
         line, half_width = nx * p[0] + ny * p[1], 0.5 * (abs(nx) + abs(ny))
-        best = math.inf
+        best = farthest * farthest
         if near_r >= 0:
             _place(box, origin, cell, near_r, near_c)
             box[5] = pyramid[((1 << (2 * levels)) - 1) // 3 + (near_r << levels) + near_c]
-            best = _way_distance2(p, w, box)
+            best = min(best, _way_distance2(p, w, box))
         stack[0] = 0
         top = 1
-        while top > 0:
+        while top > 0 and not best < enough * enough:
             top -= 1
             level, r, c = stack[top]
             height = pyramid[((1 << (2 * level)) - 1) // 3 + (r << level) + c]
@@ -185,7 +205,7 @@ def _distances(
                 stack[top, 1] = 2 * r + child // 2
                 stack[top, 2] = 2 * c + child % 2
                 top += 1
-        distances[k] = math.sqrt(best)
+        distances[k] = farthest if best == farthest * farthest else math.sqrt(best)
     return distances
 
 

@@ -80,3 +80,16 @@ def test_a_wall_goes_on_below_the_maps_ground():
     solids = Solids.of(heights, 1.0, (0.0, 0.0))
     below = np.array([[5.0, 1.5, -40.0], [5.0, 1.5, 3.0]])
     np.testing.assert_allclose(solids.distance_m(below), [3.0, 3.0])
+
+
+def test_clear_is_what_the_distance_says():
+    rng = np.random.default_rng(12)
+    heights = np.where(rng.uniform(size=(30, 40)) < 0.1, rng.uniform(1, 20, (30, 40)), 0.0)
+    solids = Solids.of(heights, 0.5, (-10.0, -7.5))
+    place, sweep = rng.uniform(-15, 25, (500, 3)), rng.uniform(-20, 20, (500, 3))
+    distance_m = solids.distance_m(place, sweep)
+    for least_m in (0.5, 3.0, 8.0):
+        clear = solids.clear(place, sweep, least_m)
+        assert 0 < clear.sum() < len(clear)
+        np.testing.assert_array_equal(clear, distance_m >= least_m)
+    assert Solids.of(np.zeros((4, 4)), 1.0, (0.0, 0.0)).clear(place, sweep, 100.0).all()
