@@ -52,7 +52,8 @@ def facades_of(setting: Setting, others: SolidDistance, part: Part, low_m: float
         first_free += 1
     chains = _chains([reach for reach in reaches[:first_free] if reach is not None])
     free_from_m = float(heights_m[first_free]) if first_free < len(heights_m) else None
-    candidates = tuple(_candidate(setting, rows, standoff_m) for rows in chains)
+    joined = [rows for chain in chains for rows in _parted(setting, chain)]
+    candidates = tuple(_candidate(setting, rows, standoff_m) for rows in joined)
     return Facades(
         candidates, free_from_m, _told(setting, [r for r in reaches[:first_free] if r is not None])
     )
@@ -156,6 +157,20 @@ def _above(row: Row, below: Row) -> bool:
     return float(np.hypot(*(row.points_enu_m[:, :2] - middle).T).min()) < SAME_PLACE_M
 
 
+def _parted(setting: Setting, rows: list[Row]) -> list[list[Row]]:
+    """A chain's rows in chains that keep the clearance: the way on from a row to the next one may lead past a neighbour."""
+    count = len(rows)
+    while count > 1 and not (_is_clear(setting, rows[:count]) and _is_clear(setting, _turned(rows[:count]))):
+        count -= 1
+    return [rows] if count == len(rows) else [rows[:count], *_parted(setting, rows[count:])]
+
+
+def _is_clear(setting: Setting, rows: list[Row]) -> bool:
+    path, _ = meander(rows, smoothing_m=setting.pace.speed_mps)
+    place = path(np.linspace(0.0, path.u_end_rad, SAMPLES))
+    return bool(setting.everything.clear(place[:-1], np.diff(place, axis=0), setting.required_m).all())
+
+
 def _candidate(setting: Setting, rows: list[Row], standoff_m: float) -> Candidate:
     def planned(name: str, start_enu_m: FloatArray) -> Piece:
         towards = _begun_nearer(rows, start_enu_m)
@@ -178,6 +193,12 @@ def _begun_nearer(rows: list[Row], start_enu_m: FloatArray) -> list[Row]:
     ends = np.hypot(*(first.points_enu_m[[0, -1], :2] - start_enu_m[:2]).T)
     if first.closed or ends[0] <= ends[1]:
         return rows
+    return _turned(rows)
+
+
+def _turned(rows: list[Row]) -> list[Row]:
+    """The rows, the first of them begun at its other end."""
+    first = rows[0]
     return [Row(first.points_enu_m[::-1], first.yaw_enu_rad[::-1], False), *rows[1:]]
 
 
