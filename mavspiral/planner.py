@@ -6,6 +6,7 @@ map ─► outlines ─► spirals ─► time laws ─► trajectory ─► cer
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 from mavspiral.brief import (
     budget_of,
@@ -19,7 +20,7 @@ from mavspiral.brief import (
     with_keepouts,
 )
 from mavspiral.errors import LimitError
-from mavspiral.filling import Draft, filled, survey_of
+from mavspiral.filling import Draft, filled, survey_of, with_seeable
 from mavspiral.inspection import Inspection
 from mavspiral.mission import Mission
 from mavspiral.pieces.of_site import pieces_of
@@ -75,35 +76,47 @@ def plan(mission: Mission) -> Inspection:
             f"{mission.quality.incidence_max_deg:g}: a pixel is {1e3 * camera.gsd_m(mission.inspection.standoff_m):.1f} mm at standoff_m = "
             f"{mission.inspection.standoff_m:g}. Fix: a smaller standoff_m, a longer lens, or a larger gsd_max_mm"
         )
-    draft = filled(
-        Draft(passes, tour, trajectory, clearance, certificate, shots, coverage), mission, site, home, ways
+    plain = with_seeable(
+        Draft(passes, tour, trajectory, clearance, certificate, shots, coverage), mission, site, ways
     )
-    unseen = unseen_lines(
-        draft.coverage,
-        draft.shots,
-        site,
-        camera,
-        narrow_m=2 * (mission.inspection.standoff_m + pace.speed_mps**2 / pace.acceleration_mps2),
-        room=room_of(mission, required_m),
-        roofs=mission.inspection.roof,
-    )
+    draft = filled(plain, mission, site, home, ways)
     watch.lap("coverage")
-    inspection = Inspection(
-        mission,
-        site,
-        draft.passes,
-        draft.tour,
-        home,
-        draft.trajectory,
-        draft.clearance,
-        required_m,
-        draft.certificate,
-        draft.shots,
-        draft.coverage,
-        (*mission.notices, *site_map.warnings, *found.told, *unseen),
-        watch.laps_ms,
-    )
-    inspection.sorties()  # refuses what no battery can fly
+
+    def inspection_of(draft: Draft) -> Inspection:
+        unseen = unseen_lines(
+            draft.coverage,
+            draft.shots,
+            site,
+            camera,
+            narrow_m=2 * (mission.inspection.standoff_m + pace.speed_mps**2 / pace.acceleration_mps2),
+            room=room_of(mission, required_m),
+            roofs=mission.inspection.roof,
+        )
+        return Inspection(
+            mission,
+            site,
+            draft.passes,
+            draft.tour,
+            home,
+            draft.trajectory,
+            draft.clearance,
+            required_m,
+            draft.certificate,
+            draft.shots,
+            draft.coverage,
+            (*mission.notices, *site_map.warnings, *found.told, *draft.told, *unseen),
+            watch.laps_ms,
+        )
+
+    inspection = inspection_of(draft)
+    try:
+        inspection.sorties()  # refuses what no battery can fly
+    except LimitError as error:
+        if draft.passes == plain.passes:
+            raise
+        told = f"not flown: the lines for what is unseen, with which no battery lasts: {error}"
+        inspection = inspection_of(replace(plain, told=(told,)))
+        inspection.sorties()
     return inspection
 
 

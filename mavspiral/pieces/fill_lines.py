@@ -76,8 +76,8 @@ class Filler:
     radius_m: float
     roofs: bool
 
-    def pieces(self, coverage: Coverage) -> tuple[Piece, ...]:
-        """The lines for what this coverage leaves unseen; none where none is worth its flight."""
+    def pieces(self, coverage: Coverage, first: int = 1) -> tuple[Piece, ...]:
+        """The lines for what this coverage leaves unseen, numbered from `first`; none where none is worth its flight."""
         patches = coverage.patches
         wanted = ~coverage.seen & (coverage.best_pose == SEEABLE) & (patches.is_wall | self.roofs)
         row, col = np.moveaxis(self.site.heights.index(patches.before_enu_m), -1, 0)
@@ -96,7 +96,7 @@ class Filler:
                 break
             lines.append(line)
             left = left[~line.shows]
-        return tuple(self._piece(f"fill {number}", line) for number, line in enumerate(lines, start=1))
+        return tuple(self._piece(f"fill {number}", line) for number, line in enumerate(lines, start=first))
 
     def _best_line(self, coverage: Coverage, left: NDArray[np.int64], worth: FloatArray) -> _Line | None:
         """The line that shows most of what is left for its time, None if none shows enough."""

@@ -8,6 +8,7 @@ import pytest
 from mavspiral import filling, load_mission, plan
 from mavspiral.errors import LimitError
 from mavspiral.filling import Draft, filled
+from mavspiral.inspection import Inspection
 from mavspiral.pieces.fill_lines import Filler
 from mavspiral.shape.courts import enclosed_ground
 from mavspiral.survey.coverage import SEEABLE
@@ -28,7 +29,7 @@ def varied(name, **tables):
 
 def unfilled(mission):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Filler, "pieces", lambda self, coverage: ())
+        patch.setattr(Filler, "pieces", lambda self, coverage, first: ())
         return plan(mission)
 
 
@@ -119,20 +120,66 @@ def test_the_paper_s_mode_is_left_as_it_is_and_still_told_what_could_be_seen(ter
 
 @pytest.mark.parametrize("why", ["no way", "fails", "no help"])
 def test_lines_that_do_not_help_are_not_flown(why, terrace, monkeypatch):
-    drafted = filling._drafted
+    def no_way(passes, ways):
+        raise LimitError("no way between this and that")
 
-    def instead(mission, site, passes, *rest):
-        if why == "no way":
-            raise LimitError("no way")
-        if why == "no help":  # lines that see nothing
-            passes = terrace.passes
-        draft = drafted(mission, site, passes, *rest)
-        if why == "fails":
-            monkeypatch.setattr(type(draft.certificate), "ok", property(lambda self: False))
-        return draft
+    survey_of = filling.survey_of
+    if why == "no way":
+        monkeypatch.setattr(filling, "tour_of", no_way)
+    if why == "fails":
+        monkeypatch.setattr(type(terrace.certificate), "ok", property(lambda self: False))
+    if why == "no help":  # lines that see nothing
+        monkeypatch.setattr(
+            filling,
+            "survey_of",
+            lambda mission, site, passes, trajectory, *rest: survey_of(
+                mission, site, terrace.passes, terrace.trajectory, *rest
+            ),
+        )
+    draft = filled_anew(terrace)
+    assert not fills(draft.passes)
+    assert len(draft.told) == (0 if why == "no help" else 1)
+    assert all("not flown: a line for what is unseen at lat" in line for line in draft.told)
 
-    monkeypatch.setattr(filling, "_drafted", instead)
-    assert not fills(filled_anew(terrace).passes)
+
+def test_one_bad_line_does_not_take_the_good_ones_along(monkeypatch):
+    tour_of = filling.tour_of
+
+    def no_way_to_the_second(passes, ways):
+        if any(part.name == "fill 2" for part in passes):
+            raise LimitError("no way between this and that")
+        return tour_of(passes, ways)
+
+    whole = plan(varied("slab"))
+    monkeypatch.setattr(filling, "tour_of", no_way_to_the_second)
+    without = plan(whole.mission)
+    assert {part.name for part in fills(without.passes)} >= {
+        part.name for part in fills(whole.passes) if part.name != "fill 2"
+    }
+    assert len(fills(whole.passes)) >= 2
+    assert any("not flown: a line" in line and "no way between this" in line for line in without.warnings)
+    names = [part.name for part in without.passes]
+    assert len(set(names)) == len(names)
+
+
+def test_where_no_battery_lasts_for_the_lines_the_plan_without_them_is_flown(monkeypatch):
+    sorties = Inspection.sorties
+
+    def none_for_lines(self, *args, **more):
+        if fills(self.passes):
+            raise LimitError("[vehicle] endurance_s leaves nothing to inspect")
+        return sorties(self, *args, **more)
+
+    monkeypatch.setattr(Inspection, "sorties", none_for_lines)
+    inspection = plan(varied("terrace"))
+    assert not fills(inspection.passes)
+    assert any("no battery lasts: [vehicle] endurance_s" in line for line in inspection.warnings)
+    assert any("seeable, not seen by this plan" in line for line in inspection.warnings)
+    monkeypatch.setattr(
+        Inspection, "sorties", lambda self, *args, **more: (_ for _ in ()).throw(LimitError("none"))
+    )
+    with pytest.raises(LimitError, match="none"):
+        plan(varied("terrace"))
 
 
 def test_nobody_looks_into_a_courtyard_unasked(planned):
