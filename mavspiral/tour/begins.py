@@ -50,17 +50,15 @@ def ways_s(ways: Ways, start_enu_m: FloatArray, end_enu_m: FloatArray) -> FloatA
     """About how long the lowest safe way takes from each start to each end, both `(n, 3)`.
 
     They are those of `safe_way`: straight, else up, across and down. What is safe stays safe straight up, so the lowest
-    height is found by halving.
+    height is found by halving. Infinity where there is none below the ceiling.
     """
     took_s = _line_s(end_enu_m - start_enu_m, ways.limits)
     hindered = np.flatnonzero(~_safe(ways, start_enu_m, end_enu_m - start_enu_m))
     start, end = start_enu_m[hindered], end_enu_m[hindered]
     lowest_m = np.maximum(start[:, 2], end[:, 2])
     highest_m = np.minimum(ways.ceiling_m, np.maximum(lowest_m, ways.top_m + ways.clearance_m + MARGIN_M))
-    low, high = (
-        np.zeros(len(start), dtype=np.int64),
-        np.ceil((highest_m - lowest_m) / STEP_M).astype(np.int64),
-    )
+    heights = np.ceil((highest_m - lowest_m) / STEP_M).astype(np.int64) + 1
+    low, high = np.zeros(len(start), dtype=np.int64), heights.copy()
     across = end - start
     across[:, 2] = 0.0
     while (open_ := np.flatnonzero(low < high)).size:
@@ -75,6 +73,8 @@ def ways_s(ways: Ways, start_enu_m: FloatArray, end_enu_m: FloatArray) -> FloatA
     up = np.column_stack([np.zeros((len(start), 2)), height_m - start[:, 2]])
     down = np.column_stack([np.zeros((len(start), 2)), end[:, 2] - height_m])
     took_s[hindered] = sum(_line_s(side, ways.limits) for side in (up, across, down))
+    joinable = _safe(ways, start, np.zeros(3)) & _safe(ways, end, np.zeros(3))
+    took_s[hindered[~joinable | (low >= heights)]] = np.inf
     return took_s
 
 

@@ -54,6 +54,21 @@ def test_the_guess_of_a_way_is_what_flying_it_takes(planned):
     assert over >= 3
 
 
+def test_where_there_is_no_way_the_guess_is_infinite(planned):
+    _, ways = pieces_and_ways(planned("podium"))
+    beside = np.array([[0.0, 0.0, ways.top_m + ways.clearance_m + 0.2], [0.0, -60.0, 5.0]])
+    far = np.array([[70.0, 70.0, 3.0], [0.0, 60.0, 5.0]])
+    for low_ways in (ways, replace(ways, ceiling_m=12.0)):
+        guess_s = ways_s(low_ways, beside, far)
+        for a, b, guess in zip(beside, far, guess_s, strict=True):
+            try:
+                low_ways.legs(a, b, "way", (Look(0.0), Look(0.0)))
+                assert np.isfinite(guess)
+            except LimitError:
+                assert np.isinf(guess)
+    assert np.isinf(guess_s).any()
+
+
 @pytest.mark.parametrize("name", ["l_block", "kiosk"])
 def test_no_other_beginning_is_quicker(name, planned):
     inspection = planned(name)
