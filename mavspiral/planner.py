@@ -24,7 +24,7 @@ from mavspiral.filling import Draft, filled, survey_of, with_seeable
 from mavspiral.inspection import Inspection
 from mavspiral.mission import Mission
 from mavspiral.pieces.of_site import pieces_of
-from mavspiral.proof import failures_of, proof_of
+from mavspiral.proof import failures_of, proof_of, remedy_of
 from mavspiral.shape.readers import read_site
 from mavspiral.survey.patches import patches_of
 from mavspiral.survey.unseen import unseen_lines
@@ -66,7 +66,7 @@ def plan(mission: Mission) -> Inspection:
     if not certificate.ok:
         raise LimitError(
             f"{mission.name}: the plan fails its limits: {'; '.join(failures_of(mission, site, trajectory, certificate))}. "
-            "Fix: another standoff_m, or another band (bottom_m, top_m) away from it"
+            f"Fix: {remedy_of(certificate)}"
         )
 
     shots, coverage = survey_of(mission, site, passes, trajectory, patches_of(site))

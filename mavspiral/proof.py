@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -24,7 +25,7 @@ from mavspiral.survey.clearance import Clearance, measure_clearance, run_on_m
 from mavspiral.tour.obstacle import nearest_obstacle
 from mavspiral.tour.transit import REACTION_S
 
-__all__ = ["CLEARANCE_GRID_S", "certificate_of", "failures_of", "proof_of"]
+__all__ = ["CLEARANCE_GRID_S", "certificate_of", "failures_of", "proof_of", "remedy_of"]
 
 GRID_S = 0.01
 """Limits are judged on this grid."""
@@ -98,3 +99,16 @@ def failures_of(
             line += f", from {nearest_obstacle(mission, site, states.position_enu_m[row], sweep_m)}"
         told.append(line)
     return tuple(told)
+
+
+def remedy_of(certificate: Certificate) -> str:
+    """In words: what to change for a plan that fails; where something is too near, which clearance would do."""
+    near = certificate["clearance"]
+    elsewhere = "another standoff_m, or another band (bottom_m, top_m) away from it"
+    if near.ok:
+        return elsewhere
+    kept_m = math.floor(10.0 * near.worst) / 10.0
+    return (
+        f"a required clearance of {kept_m:.1f} m (now {near.allowed:.1f} m; [limits] clearance_m, or what the vehicle and its "
+        f"errors take) is what this plan keeps; or {elsewhere}"
+    )
