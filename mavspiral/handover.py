@@ -191,7 +191,7 @@ def _flight(inspection: Inspection, sortie: Sortie) -> AutoSortie:
     stops_s = shot_stops_s(mission.camera.trigger, shots)
 
     def made(tolerance: Tolerance) -> MissionItems:
-        thinned = thin(route, tolerance, stops_s)
+        thinned = thin(route, tolerance, stops_s, turns=mission.vehicle.autopilot == "ardupilot")
         orders = camera_orders(
             mission.camera.trigger, shots, thinned, interval_min_s=mission.camera.min_interval_s
         )
@@ -201,6 +201,7 @@ def _flight(inspection: Inspection, sortie: Sortie) -> AutoSortie:
             inspection.home_enu_m,
             autopilot=mission.vehicle.autopilot,
             camera=orders,
+            gimbal=mission.camera.gimbal,
         )
 
     fit = fitted(made, mission.vehicle.max_items, Solids.of_map(heights), inspection.clearance_required_m)
