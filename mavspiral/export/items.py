@@ -3,7 +3,7 @@
 For PX4 the heading comes from a region of interest, not from the waypoints: at a waypoint it waits until it has turned
 as param4 says. ArduPilot drops param4; its CONDITION_YAW, the last of the items behind a waypoint because it holds up what follows,
 turns the nose at an even rate to the next one's heading, and the gimbal is told its pitch where that changes. Each waypoint has one:
-where WP_YAW_BEHAVIOR is not 0, each takes the heading away.
+where WP_YAW_BEHAVIOR is not 0, each takes the heading away. Where they are too many for the board, it too has regions of interest.
 
 Commands without a place are in frame MISSION, because PX4 refuses them in any other.
 """
@@ -103,7 +103,7 @@ def mission_items(
             speed_mps = onward.speed_mps
             items.append(mission_frame_item(MAV_CMD_DO_CHANGE_SPEED, 1.0, speed_mps, -1.0))
         items += camera.get(i, ())
-        if autopilot == "ardupilot" and onward is not None:
+        if not aims and onward is not None:
             if gimbal and not abs(thinned.pitch_rad[i] - pitch_rad) < PITCH_STEP_RAD:
                 pitch_rad = float(thinned.pitch_rad[i])
                 pitch_deg = round(math.degrees(pitch_rad), 1)

@@ -103,6 +103,15 @@ def test_arducopter_turns_its_nose_evenly_from_waypoint_to_waypoint(planned, nam
             assert here[2] >= 0.5 * turned / (then[0] - here[0])
 
 
+def test_where_turns_are_too_many_for_the_board_arducopter_keeps_points_in_view(planned):
+    kiosk = planned("kiosk").flown_by("ardupilot")
+    (whole,) = inspection_missions(kiosk).missions
+    (fewer,) = inspection_missions(changed(kiosk, "vehicle", max_items=len(whole.items) - 5)).missions
+    assert 115 in commands(whole.items) and 195 not in commands(whole.items)
+    assert 195 in commands(fewer.items) and 115 not in commands(fewer.items)
+    assert fewer.thinned.chord_error_m <= 0.35
+
+
 def test_arducopters_gimbal_is_tilted_where_the_pitch_changes(planned):
     kiosk = planned("kiosk").flown_by("ardupilot")
     (mission,) = inspection_missions(kiosk).missions
