@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby
 from typing import Any
 
@@ -190,8 +191,8 @@ def _flight(inspection: Inspection, sortie: Sortie) -> AutoSortie:
     shots = inspection.shots if whole else _shots(inspection, sortie, route)
     stops_s = shot_stops_s(mission.camera.trigger, shots)
 
-    def made(tolerance: Tolerance) -> MissionItems:
-        thinned = thin(route, tolerance, stops_s)
+    def made(tolerance: Tolerance, *, turns: bool) -> MissionItems:
+        thinned = thin(route, tolerance, stops_s, turns=turns)
         orders = camera_orders(
             mission.camera.trigger, shots, thinned, interval_min_s=mission.camera.min_interval_s
         )
@@ -201,9 +202,23 @@ def _flight(inspection: Inspection, sortie: Sortie) -> AutoSortie:
             inspection.home_enu_m,
             autopilot=mission.vehicle.autopilot,
             camera=orders,
+            gimbal=mission.camera.gimbal,
         )
 
-    fit = fitted(made, mission.vehicle.max_items, Solids.of_map(heights), inspection.clearance_required_m)
+    def best(turns: bool) -> Fit:
+        return fitted(
+            partial(made, turns=turns),
+            mission.vehicle.max_items,
+            Solids.of_map(heights),
+            inspection.clearance_required_m,
+        )
+
+    def lacks(fit: Fit) -> tuple[bool, float]:
+        return len(fit.mission.items) > mission.vehicle.max_items, fit.coarser
+
+    fit = best(turns=mission.vehicle.autopilot == "ardupilot")
+    if mission.vehicle.autopilot == "ardupilot" and lacks(fit) > (False, 1.0):
+        fit = min(fit, best(turns=False), key=lacks)  # aims take fewer items than turns
     area = safe_area(
         route.sampled(CLEARANCE_GRID_S).position_enu_m,
         heights,

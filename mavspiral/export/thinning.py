@@ -60,8 +60,11 @@ class Thinned:
         t_s: the path times (n,) of the waypoints.
         position_enu_m: their places (n, 3), beside the curve where it bends.
         stages: for each waypoint, what leads to it; the first one's leads from it.
-        aims: what to look at, from the waypoint of that number on; `heading_error_rad` is off the gaze `LEAD_S` later.
+        aims: what to look at, from the waypoint of that number on; none where the nose is turned from waypoint to waypoint.
+        heading_error_rad: how far the aims, or even turns, are off the gaze `LEAD_S` later.
         cut_m: how deep a corner may be cut.
+        yaw_enu_rad: the gaze (n,) of `LEAD_S` later, continuous.
+        pitch_rad: of the camera (n,), from each waypoint to the next.
     """
 
     t_s: FloatArray
@@ -71,6 +74,8 @@ class Thinned:
     chord_error_m: float
     heading_error_rad: float
     cut_m: float
+    yaw_enu_rad: FloatArray
+    pitch_rad: FloatArray
 
     @property
     def radius_m(self) -> FloatArray:
@@ -78,9 +83,12 @@ class Thinned:
         return acceptance_m(self.position_enu_m, self.cut_m)
 
 
-def thin(trajectory: Trajectory, tolerance: Tolerance, stops_s: tuple[float, ...] = ()) -> Thinned:
+def thin(
+    trajectory: Trajectory, tolerance: Tolerance, stops_s: tuple[float, ...] = (), *, turns: bool = False
+) -> Thinned:
     """The fewest waypoints within the tolerance: the ends of the legs, `stops_s`, and what is needed between.
 
+    From each to the next the camera keeps a point in view, or the nose `turns` evenly.
     The chords' middles stray to one side of the curve as far as the waypoints to the other: so a chord may be
     √2 times as long as one between points of the curve.
     """
@@ -100,7 +108,11 @@ def thin(trajectory: Trajectory, tolerance: Tolerance, stops_s: tuple[float, ...
         chord_error_m = _stray_m(states.position_enu_m, index, places)
         if chord_error_m <= tolerance.chord_m:
             break
-    aims = _aims(states, index, tolerance)
+    aims = () if turns else _aims(states, index, tolerance)
+    sides = tuple(itertools.pairwise(index.tolist()))
+    errors_rad = (
+        [_turn_error_rad(states, *side) for side in sides] if turns else [a.error_rad for _, a in aims]
+    )
     stages = _stages(trajectory, states)
     ends = np.clip(np.searchsorted(corners, states.t_s[index] - GRID_S / 2) - 1, 0, len(stages) - 1)
     return Thinned(
@@ -109,8 +121,10 @@ def thin(trajectory: Trajectory, tolerance: Tolerance, stops_s: tuple[float, ...
         tuple(stages[i] for i in ends),
         aims,
         chord_error_m,
-        max(aim.error_rad for _, aim in aims),
+        max(errors_rad),
         tolerance.cut_m,
+        states.yaw_enu_rad[index],
+        np.array([_middle_pitch_rad(states, *side) for side in (*sides, (index[-1], index[-1]))]),
     )
 
 
@@ -148,6 +162,18 @@ def _within(states: TrajectoryState, begin: int, end: int, tolerance: Tolerance,
     if np.sqrt((offsets_m**2).sum(axis=1)).max() > sagitta_m:
         return False
     return aim_over(states, begin, end).error_rad <= tolerance.heading_rad
+
+
+def _turn_error_rad(states: TrajectoryState, begin: int, end: int) -> float:
+    """How far the gaze is from an even turn between two rows, and its pitch from the middle."""
+    yaw_rad, pitch_rad = states.yaw_enu_rad[begin : end + 1], states.gimbal_pitch_rad[begin : end + 1]
+    even_rad = np.linspace(yaw_rad[0], yaw_rad[-1], len(yaw_rad))
+    return float(max(np.abs(yaw_rad - even_rad).max(), 0.5 * np.ptp(pitch_rad)))
+
+
+def _middle_pitch_rad(states: TrajectoryState, begin: int, end: int) -> float:
+    pitch_rad = states.gimbal_pitch_rad[begin : end + 1]
+    return 0.5 * float(pitch_rad.min() + pitch_rad.max())
 
 
 def _offsets_m(position_m: FloatArray) -> FloatArray:

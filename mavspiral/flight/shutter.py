@@ -2,7 +2,8 @@
 
 A shot by `camera` is numbered, and commanded again under the same number until its picture is told or the next is due,
 so that a lost packet costs no picture and makes no second one. The camera numbers its pictures too: a gap in what is
-told of them is a picture that was taken and whose telling was lost. A shot by `digicam` cannot be numbered and
+told of them is a picture that was taken and whose telling was lost. Behind the last shot that was told there is no gap:
+there the camera is asked for its next picture, until it tells or denies it. A shot by `digicam` cannot be numbered and
 is commanded once. By `distance` the vehicle itself shoots, from the first shot to the last. With `none` the camera
 runs by itself, and nothing is counted.
 """
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mavspiral.arrays import FloatArray
-from mavspiral.flight.messages import Command, CommandAck, ImageCaptured, Message, Result
+from mavspiral.flight.messages import Command, CommandAck, ImageCaptured, Message, MessageId, Result
 from mavspiral.flight.situation import Situation
 from mavspiral.motion.trajectory import Trajectory
 
@@ -23,6 +24,8 @@ __all__ = ["Picture", "ShotOrders", "Shutter"]
 
 _AGAIN_US = 200_000
 _TRIES_N = 4
+_ASKS_N = 25
+_REFUSED = frozenset({Result.DENIED, Result.UNSUPPORTED, Result.FAILED})
 _UNTOLD_S = 1.5
 _EARLY_S = 0.05  # a picture's time may be a frame before that of its command, as we read the vehicle's clock
 _TILT_EVERY_US = 200_000
@@ -63,6 +66,7 @@ class _Order:
     vehicle_s: float
     again_us: int
     tries_n: int = 1
+    asks_n: int = 0
     accepted: bool = False
 
 
@@ -130,6 +134,9 @@ class Shutter:
             if message.command == Command.IMAGE_START_CAPTURE and message.result == Result.ACCEPTED:
                 for order in [order for order in self._open if not order.accepted][:1]:
                     order.accepted = True
+            elif message.command == Command.REQUEST_MESSAGE and message.result in _REFUSED:
+                for order in self._open[-1:]:
+                    order.asks_n = _ASKS_N if order.asks_n else 0
             elif message.command == Command.DO_SET_CAM_TRIGG_DIST:
                 self._answered = True
             elif message.command == self._s.profile.gimbal(0.0)[0]:
@@ -165,11 +172,17 @@ class Shutter:
         if not self._open:
             return b""
         newest = self._open[-1]
-        if self._s.now_us < newest.again_us or newest.tries_n >= _TRIES_N:
+        if self._s.now_us < newest.again_us:
             return b""
-        newest.tries_n += 1
         newest.again_us = self._s.now_us + _AGAIN_US
-        return self._commanded(newest.shot)
+        if newest.tries_n < _TRIES_N:
+            newest.tries_n += 1
+            return self._commanded(newest.shot)
+        if self._newest is None or newest.asks_n >= _ASKS_N:
+            return b""
+        newest.asks_n += 1
+        asked = (MessageId.CAMERA_IMAGE_CAPTURED, self._newest + 1.0)
+        return self._s.link.command(Command.REQUEST_MESSAGE, *asked, component=self._s.profile.camera_id)
 
     def _settle(self) -> None:
         """A shot that was accepted long ago was taken, though nobody told: we know when it was commanded."""

@@ -208,10 +208,10 @@ class Auto:
         return replace(self, arrived_at_us=condition.time_us)
 
     def _advanced(self, condition: Condition, parameters: Mapping[str, float]) -> Auto:
-        """On with the next item that navigates."""
+        """On with the next item that navigates; what was not done on the way to this one is not done any more."""
         run = replace(self.run, reached=self.run.seq)
         seq, jumps, passed = next_item(self.items, run.seq, run.jumps)
-        auto = replace(self, todo=(*self.todo, *passed))._hastened()
+        auto = replace(self, todo=passed)._hastened()
         if seq is None:
             return replace(auto, run=replace(run, finished=True), trip=None)
         return replace(auto, run=replace(run, seq=seq, jumps=jumps))._begun(parameters)

@@ -1,12 +1,14 @@
 """What the stream is asked for, flown by the bundled vehicle in both dialects: `python tests/bench/bench_flown.py [NAME …]`.
 
 By truth, RTK. Rows: the torre in a calm and in gusts of 8 m/s at 6 m; the kiosk with 30 % of the packets lost each way and
-200 ms of delay, and with the link cut for 20 s in mid-inspection, resumed by the user until nothing is left. Without NAME all
-of calm, gusts, loss, cut.
+200 ms of delay, and with the link cut for 20 s in mid-inspection, resumed by the user until nothing is left; an upload of 500
+items with 30 % of the frames lost each way. Without NAME all of upload, calm, gusts, loss, cut. How punctual setpoints are:
+`bench_schedule.py`; the stream beside AUTO: `stream_vs_mission.py`.
 """
 
 from __future__ import annotations
 
+import random
 import sys
 from pathlib import Path
 
@@ -20,11 +22,18 @@ from lockstep import flown, resumed_until_nothing_is_left, together  # noqa: E40
 from mavspiral import load_mission, plan  # noqa: E402
 from mavspiral.closedloop import simulate  # noqa: E402
 from mavspiral.flight.autopilots import Autopilot  # noqa: E402
+from mavspiral.flight.mission_messages import MissionItem, MissionKind  # noqa: E402
 from mavspiral.flight.outcome import State  # noqa: E402
+from mavspiral.flight.upload import Upload  # noqa: E402
 from mavspiral.frames import wrap_rad  # noqa: E402
 from mavspiral.inspection import Inspection  # noqa: E402
 from mavspiral.logbook.flown import Flight  # noqa: E402
 from mavspiral.survey.solids import Solids  # noqa: E402
+from sitl.airframe import load_airframe  # noqa: E402
+from sitl.params import Params  # noqa: E402
+from sitl.signals import GeoPoint as VehiclePoint  # noqa: E402
+from sitl.simulator import Simulator, SimulatorConfig  # noqa: E402
+from sitl.vehicle import VehicleConfig  # noqa: E402
 
 DIALECTS: tuple[Autopilot, ...] = ("px4", "ardupilot")
 ASKED_P95_M = {"px4": 0.3, "ardupilot": 0.45}
@@ -104,11 +113,48 @@ def cut(dialect: Autopilot, kiosk: Inspection) -> None:
     )
 
 
+def upload(dialect: Autopilot, kiosk: Inspection) -> None:
+    """500 items: home, a take-off, a ring of waypoints and a return, through the machine that `mavspiral upload` drives."""
+    home = kiosk.site.heights.frame.geo_point(kiosk.home_enu_m)
+    north, east = round(home.lat_deg * 1e7), round(home.lon_deg * 1e7)
+    ring = [
+        MissionItem(seq, 16, 3, (0.0,) * 4, north + 7 * seq, east - 5 * seq, 30.0, True, MissionKind.MISSION)
+        for seq in range(500)
+    ]
+    ring[0] = ring[0]._replace(frame=0, x=north, y=east, z=home.alt_amsl_m)
+    ring[1] = ring[1]._replace(command=22)
+    draws = random.Random(1)
+    airframe = load_airframe("x500")
+    place = VehiclePoint(home.lat_deg, home.lon_deg, home.alt_amsl_m)
+    simulator = Simulator(SimulatorConfig(VehicleConfig(airframe, Params(airframe.params), place), dialect))
+    machine = Upload({MissionKind.MISSION: ring}, None)
+    now_us, to_vehicle, begin_us = 0, b"", 5_000_000
+    while machine.outcome is None and now_us < 600_000_000:
+        heard = lossy(simulator.step(now_us, to_vehicle).send, draws)
+        to_vehicle = lossy(machine.step(now_us, heard).send, draws) if now_us >= begin_us else b""
+        now_us += 20_000
+    ok = machine.outcome is not None and machine.outcome.ok and not machine.differences
+    what = f"{dialect} 500 items up and back, 30 % lost"
+    row(what, f"{(now_us - begin_us) / 1e6:.0f} s", "completes, reads back equal", ok)
+
+
+def lossy(stream: bytes, draws: random.Random) -> bytes:
+    """The MAVLink 2 frames of `stream` without three in ten of them."""
+    kept = b""
+    while stream:
+        size = stream[1] + 12
+        kept += stream[:size] if draws.random() >= 0.3 else b""
+        stream = stream[size:]
+    return kept
+
+
 def main() -> None:
-    wanted = set(sys.argv[1:]) or {"calm", "gusts", "loss", "cut"}
+    wanted = set(sys.argv[1:]) or {"upload", "calm", "gusts", "loss", "cut"}
     kiosk = planned("kiosk")
     torre = planned("torre") if wanted & {"calm", "gusts"} else kiosk
     for dialect in DIALECTS:
+        if "upload" in wanted:
+            upload(dialect, kiosk)
         if "loss" in wanted:
             loss(dialect, kiosk)
         if "cut" in wanted:

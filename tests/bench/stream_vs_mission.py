@@ -1,4 +1,4 @@
-"""The same inspection streamed and as a `.plan` in AUTO, side by side: `python tests/bench/stream_vs_mission.py [MISSION …]`.
+"""The same inspection streamed and as a `.plan` in AUTO, side by side: `python tests/bench/stream_vs_mission.py [px4|ardupilot] [MISSION …]`.
 
 All by truth. `beside`: how far from the nearest point of the planned curve; `heading`: off the planned gaze, when a
 picture was taken. The mission is what `mavspiral plan` writes, with its own camera orders.
@@ -13,6 +13,7 @@ import numpy as np
 
 from mavspiral import load_mission, plan
 from mavspiral.closedloop import Via, simulate
+from mavspiral.flight.autopilots import PROFILES, Autopilot
 from mavspiral.frames import wrap_rad
 from mavspiral.handover import inspection_missions
 from mavspiral.logbook.flown import Flight, log_along
@@ -36,18 +37,15 @@ def gaze_off_deg(flight: Flight) -> np.ndarray:
     return np.degrees(np.abs(wrap_rad(shots.yaw_enu_rad - flight.trajectory(t_s).yaw_enu_rad)))
 
 
-def row(name: str, via: Via) -> str:
-    inspection = plan(load_mission(ROOT / "missions" / f"{name}.toml"))
+def row(name: str, via: Via, dialect: Autopilot) -> str:
+    inspection = plan(load_mission(ROOT / "missions" / f"{name}.toml")).flown_by(dialect)
     flight = simulate(inspection, via=via)
     assert flight.outcome.ok, flight.outcome
     away = beside_m(flight)
     rows = np.flatnonzero(flight.log.on_leg("inspection"))
     lasts_s = (flight.log.t_us[rows[-1]] - flight.log.t_us[rows[0]]) / 1e6
-    how = (
-        "streamed"
-        if via == "stream"
-        else f"{len(inspection_missions(inspection).missions[0].items)} items, AUTO"
-    )
+    counts = [] if via == "stream" else [len(m.items) for m in inspection_missions(inspection).missions]
+    how = f"{' + '.join(map(str, counts))} items, AUTO" if counts else "streamed"
     figures = (
         f"{flight.sim_s:.0f} s",
         f"{lasts_s:.0f} s",
@@ -58,15 +56,16 @@ def row(name: str, via: Via) -> str:
         f"{100 * flight.coverage.walls:.1f} %",
         f"{len(flight.shots)}",
     )
-    return f"{name:7}{how:17}" + "".join(f"{figure:>12}" for figure in figures)
+    return f"{name:7}{how:22}" + "".join(f"{figure:>12}" for figure in figures)
 
 
 def main() -> None:
     heads = ("flight", "inspection", "beside p95", "worst", "heading p95", "clearance", "seen", "shots")
-    print(f"{'':24}" + "".join(f"{head:>12}" for head in heads))
-    for name in sys.argv[1:] or MISSIONS:
+    print(f"{'':29}" + "".join(f"{head:>12}" for head in heads))
+    dialect: Autopilot = "ardupilot" if "ardupilot" in sys.argv[1:] else "px4"
+    for name in [word for word in sys.argv[1:] if word not in PROFILES] or MISSIONS:
         for via in ("stream", "mission"):
-            print(row(name, via), flush=True)
+            print(row(name, via, dialect), flush=True)
 
 
 if __name__ == "__main__":

@@ -20,11 +20,15 @@ class WithCamera(FakePx4):
     def __init__(self, *args, deaf_n=0):
         super().__init__(*args)
         self.shots, self.triggers, self.tilts, self.deaf_n = [], [], [], deaf_n
+        self.asked = []
 
     def _on_command_long(self, m):
         if m.target_component == PX4.camera_id:
             if self.deaf_n:
                 self.deaf_n -= 1
+                return
+            if m.command == Command.REQUEST_MESSAGE:
+                self._retell(int(m.param1), int(m.param2))
                 return
             if m.param4 not in [number for number, _ in self.shots]:
                 self.shots.append((m.param4, self._boot_us * 1e-6))
@@ -35,10 +39,25 @@ class WithCamera(FakePx4):
             return
         super()._on_command_long(m)
 
+    def _retell(self, message_id, index):
+        assert message_id == 263
+        known = 0 <= index < len(self.shots)
+        result = mavlink.MAV_RESULT_ACCEPTED if known else mavlink.MAV_RESULT_DENIED
+        self._out.append(
+            mavlink.MAVLink_command_ack_message(512, result).pack(mavlink.MAVLink(None, 1, PX4.camera_id))
+        )
+        self.asked.append(index)
+        if known:
+            self._tell(index)
+
     def _image(self):
+        self._tell(len(self.shots) - 1)
+
+    def _tell(self, index):
+        boot_ms = int(self.shots[index][1] * 1e3)
         self._send(
             mavlink.MAVLink_camera_image_captured_message(
-                self._boot_ms(), 0, 0, 0, 0, 0, 0, (1.0, 0.0, 0.0, 0.0), len(self.shots) - 1, 1, b""
+                boot_ms, 0, 0, 0, 0, 0, 0, (1.0, 0.0, 0.0, 0.0), index, 1, b""
             )
         )
 
@@ -84,13 +103,40 @@ def test_each_shot_is_taken_once_at_its_time_along_the_path(vehicle, trigger):
     assert np.allclose([p.vehicle_s for p in session.pictures], taken_s, atol=0.01)
 
 
-@pytest.mark.parametrize("seed", [2, 3, 4])
+@pytest.mark.parametrize("seed", [1, 2, 3])
 def test_on_a_bad_link_no_picture_is_missing_and_none_is_double(vehicle, seed):
     session = shooting("camera")
     fly(session, vehicle, up=Air(seed, loss=0.3), down=Air(seed + 9, loss=0.3))
     assert session.outcome.ok
     assert [number for number, _ in vehicle.shots] == [1.0, 2.0, 3.0, 4.0, 5.0]
     assert [p.shot for p in session.pictures] == [0, 1, 2, 3, 4]
+
+
+def test_the_last_picture_is_asked_for_when_nothing_was_heard_of_it(vehicle):
+    session = shooting("camera")
+
+    def cut(frames):  # nothing of the camera's comes while the last shot is commanded
+        unheard = 25.5 < session.path_t_s < 27.5
+        return [f for f in frames if not (unheard and (f[6] == PX4.camera_id or f[7:9] == b"\x07\x01"))]
+
+    fly(session, vehicle, down=cut)
+    assert session.outcome.ok and vehicle.asked
+    assert set(vehicle.asked) == {4}
+    assert [p.shot for p in session.pictures] == [0, 1, 2, 3, 4] and session.missed_shots == ()
+    assert session.pictures[-1].vehicle_s == pytest.approx(vehicle.shots[-1][1], abs=0.01)
+
+
+def test_a_last_shot_that_the_camera_denies_is_missed_and_asked_for_once(vehicle):
+    session = shooting("camera")
+
+    def deaf(_now_us):
+        if 25.5 < session.path_t_s < 26.0:
+            vehicle.deaf_n = 4
+
+    fly(session, vehicle, each=deaf)
+    assert session.outcome.ok
+    assert len(vehicle.shots) == 4 and vehicle.asked == [4]
+    assert session.missed_shots == (4,)
 
 
 def test_a_camera_that_does_not_answer_costs_that_shot_and_it_is_said(vehicle):

@@ -13,6 +13,8 @@ import pytest
 from mavspiral.closedloop import simulate
 from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import FlightLog
+from mavspiral.frames import wrap_rad
+from mavspiral.motion.nearest import path_times_s
 from mavspiral.survey.solids import Solids
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "kiosk.flight.csv"
@@ -288,3 +290,7 @@ def test_ardupilot_flies_the_exported_mission_in_auto(planned):
     assert summary["coverage"]["walls"] > 0.99
     assert summary["tracking"]["p95_m"] < 0.5
     assert summary["clearance_min_m"] > 3.0
+    shots = flight.shots
+    planned_rad = flight.trajectory(path_times_s(flight.trajectory, shots.position_enu_m)).yaw_enu_rad
+    off_deg = np.degrees(np.abs(wrap_rad(shots.yaw_enu_rad - planned_rad)))
+    assert np.quantile(off_deg, 0.95) < 20.0 and off_deg.max() < 30.0

@@ -15,6 +15,7 @@ from mavspiral.export.aiming import aim_over
 from mavspiral.export.check import check_document
 from mavspiral.export.corners import ACCEPTANCE_M, CUT_M, acceptance_m, cut_lines_m
 from mavspiral.export.fences import exclusion_fences_enu_m, fence_enu_m
+from mavspiral.export.items import mission_items
 from mavspiral.export.own_plan import read_own_plan
 from mavspiral.export.thinning import LEAD_S, Tolerance, thin
 from mavspiral.frames import GeoPoint, LocalFrame, wrap_rad
@@ -74,6 +75,66 @@ def test_the_aims_look_where_the_gaze_looks(planned, name):
     assert error.max() <= np.degrees(thinned.heading_error_rad) + 0.5
     assert thinned.heading_error_rad <= np.radians(12.0)
     assert len(thinned.aims) < 0.8 * len(thinned.t_s)
+
+
+@pytest.mark.parametrize("name", ["kiosk", "asilo"])
+def test_arducopter_turns_its_nose_evenly_from_waypoint_to_waypoint(planned, name):
+    (sortie,) = inspection_missions(planned(name).flown_by("ardupilot")).sorties
+    items, headings, held = sortie.fit.mission.items, [], False
+    assert not {195, 197} & set(commands(items))
+    for item in items:
+        if item.command in (16, 22):
+            held = False
+            headings.append([item.t_s, headings[-1][1] if headings else np.nan])
+        assert not held, "an item behind CONDITION_YAW, which would hold it up"
+        if item.command == 115:
+            held = True
+            heading_deg, rate_dps, way, relative = item.params[:4]
+            assert (way, relative, item.frame) == (0.0, 0.0, 2) and 0.0 <= heading_deg < 360.0
+            headings[-1][1] = heading_deg
+            headings[-1].append(rate_dps)
+    begin_s, end_s = sortie.route.span_s("inspection")
+    for here, then in pairwise(headings):
+        gaze = 90.0 - np.degrees(sortie.route(min(then[0] + LEAD_S, sortie.route.duration_s)).yaw_enu_rad)
+        assert abs((here[1] - gaze + 180.0) % 360.0 - 180.0) < 0.7
+        if len(here) > 2 and begin_s < here[0] and then[0] < end_s:
+            turned = np.degrees(np.ptp(sortie.route(np.array([here[0], then[0]]) + LEAD_S).yaw_enu_rad))
+            assert here[2] <= turned / (then[0] - here[0]) + 1.0
+            assert here[2] >= 0.5 * turned / (then[0] - here[0])
+
+
+def test_where_turns_are_too_many_for_the_board_arducopter_keeps_points_in_view(planned):
+    kiosk = planned("kiosk").flown_by("ardupilot")
+    (whole,) = inspection_missions(kiosk).missions
+    (fewer,) = inspection_missions(changed(kiosk, "vehicle", max_items=len(whole.items) - 5)).missions
+    assert 115 in commands(whole.items) and 195 not in commands(whole.items)
+    assert 195 in commands(fewer.items) and 115 not in commands(fewer.items)
+    assert fewer.thinned.chord_error_m <= 0.35
+
+
+def test_arducopters_gimbal_is_tilted_where_the_pitch_changes(planned):
+    kiosk = planned("kiosk").flown_by("ardupilot")
+    (mission,) = inspection_missions(kiosk).missions
+    pitch_rad = np.where(np.arange(len(mission.thinned.t_s)) < 5, 0.0, np.radians(-30.0))
+
+    def tilts(gimbal):
+        made = mission_items(
+            replace(mission.thinned, pitch_rad=pitch_rad),
+            kiosk.site.heights.frame,
+            kiosk.home_enu_m,
+            autopilot="ardupilot",
+            camera={},
+            gimbal=gimbal,
+        )
+        numbers = np.cumsum([item.command in (16, 22) for item in made.items]) - 1
+        return [
+            (int(number), *item.params)
+            for number, item in zip(numbers, made.items, strict=True)
+            if item.command == 1000
+        ]
+
+    assert tilts(gimbal=True) == [(0, *(0.0,) * 7), (5, -30.0, *(0.0,) * 6)]
+    assert tilts(gimbal=False) == []
 
 
 def test_gazes_that_meet_have_their_meeting_point_for_an_aim(planned):

@@ -234,6 +234,23 @@ def test_condition_yaw_turns_the_nose_until_the_next_waypoint_unless_yaw_is_neve
     assert rows[second, 5] % 360.0 == pytest.approx(200.0 if kept else 90.0, abs=8.0)
 
 
+def test_a_turn_that_is_not_done_by_the_next_waypoint_gives_way_to_what_stands_behind_that(copter):
+    rows, _ = fly(
+        copter,
+        TAKEOFF,
+        do(115, 0.0),
+        waypoint(0.0, 20.0),
+        do(115, 180.0, 1.0),
+        waypoint(0.0, 40.0),
+        do(115, 300.0),
+        waypoint(0.0, 80.0),
+        parameters=((b"WP_YAW_BEHAVIOR", 0.0),),
+    )
+    slow, last = np.abs(rows[:, 3] - 35.0) < 3.0, np.abs(rows[:, 3] - 75.0) < 3.0
+    assert rows[slow, 5] % 360.0 == pytest.approx(10.0, abs=10.0)
+    assert rows[last, 5] % 360.0 == pytest.approx(300.0, abs=15.0)  # 180.0 if it were still at the second
+
+
 def test_do_change_speed_is_obeyed_in_a_mission_and_as_a_command(copter):
     rows, _ = fly(copter, TAKEOFF, do(178, 1, 3.0), waypoint(60.0, 0.0))
     assert rows[:, 6].max() == pytest.approx(3.0, abs=0.3)
