@@ -175,6 +175,11 @@ def band_m(mission: Mission, site: Site, camera: Camera) -> tuple[float, float]:
             f"Fix: top_m ≥ {bottom_m:g}, or a lower bottom_m"
         )
     if bottom_m >= top_of_building_m + mission.inspection.standoff_m:
+        if asked.bottom_m is None and half_m > mission.limits.clearance_m:
+            raise InputError(
+                f"[camera] shows {2 * half_m:.3g} m of the wall at {asked.standoff_m:g} m, and the whole building ends at "
+                f"{top_of_building_m:g} m. Fix: a longer focal_length_mm, a smaller standoff_m, or a bottom_m"
+            )
         raise InputError(
             f"[inspection] bottom_m = {bottom_m:g} is above the whole building, which ends at {top_of_building_m:g} m. "
             f"Fix: bottom_m ≤ {top_of_building_m:g}"

@@ -7,6 +7,7 @@ read · 3 nobody at the other end of the link.
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import sys
 from pathlib import Path
@@ -32,6 +33,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
+STOPPED = 130
+"""The exit code of Ctrl-C, as shells have it."""
+
 UsageError: Any = typer.BadParameter.__base__
 """Of click, whether typer imports it or brings its own."""
 
@@ -48,8 +52,13 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and no
 
 def main() -> None:
     """Runs the verb of the command line; errors are one line each, and their exit codes."""
+    for stream in (sys.stdout, sys.stderr):  # a console that knows no ² gets a question mark, not a traceback
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     try:
         code = app(sys.argv[1:] or ["--help"], prog_name="mavspiral", standalone_mode=False)
+        if code == STOPPED:  # typer has eaten the KeyboardInterrupt
+            print("mavspiral: stopped", file=sys.stderr)
         sys.exit(code if isinstance(code, int) else 0)
     except UsageError as error:
         verb = f"mavspiral {error.ctx.info_name}" if error.ctx and error.ctx.parent else "mavspiral"
@@ -61,13 +70,13 @@ def main() -> None:
         sys.exit(2)
     except typer.Abort as error:
         print("mavspiral: stopped", file=sys.stderr)
-        sys.exit(130 if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt) else 1)
+        sys.exit(STOPPED if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt) else 1)
     except MavspiralError as error:
         print(f"mavspiral: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
     except KeyboardInterrupt:
         print("mavspiral: stopped", file=sys.stderr)
-        sys.exit(130)
+        sys.exit(STOPPED)
     except OSError as error:  # stdout is closed or full
         with contextlib.suppress(OSError):
             print(f"mavspiral: cannot write to the terminal: {error.strerror}", file=sys.stderr)
@@ -182,12 +191,12 @@ def fly(
 
     brief = _load(mission)
     key = None if signing is None else read_key(signing)
+    align_at, dialect = None if align is None else _place(align), _autopilot(autopilot)
     with failures_as_json(brief, as_json):
         inspection = make_plan(brief)
     if not as_json:
         planned = inspection.summary()
         tell(planned, as_json, plan_rows(planned))
-    align_at = None if align is None else _place(align)
     if not (yes or dry_run):
         ask(brief.name, connect)
     elif align_at is not None and not yes and not sys.stdin.isatty():
@@ -204,7 +213,7 @@ def fly(
         folder=folder,
         resume=resume,
         set_failsafes=set_failsafes,
-        autopilot=_autopilot(autopilot),
+        autopilot=dialect,
         align_at=align_at,
         approve=lambda question: yes or typer.confirm(f"{question[:1].upper()}{question[1:]}?", err=True),
         on_event=quiet if as_json else say,
@@ -305,7 +314,7 @@ def _place(text: str) -> Place:
         return "home"
     try:
         lat_deg, lon_deg = map(float, text.split(","))
-        if abs(lat_deg) > 90.0 or abs(lon_deg) > 180.0:
+        if not (abs(lat_deg) <= 90.0 and abs(lon_deg) <= 180.0):
             raise ValueError(text)
     except ValueError:
         raise InputError(f"--align {text!r} is no place. Fix: LAT,LON in degrees, or home") from None

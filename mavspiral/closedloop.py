@@ -228,7 +228,7 @@ def _config(
     try:
         orders: tuple[Fault, ...] = tuple(parse_fault(spec) for spec in faults)
     except ValueError as error:
-        raise InputError(f"--fault {error}") from None
+        raise InputError(f"--{error}") from None
     try:
         airframe = load_airframe(mission.vehicle.airframe)
     except (OSError, ValueError) as error:

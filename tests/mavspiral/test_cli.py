@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import signal
 import socket
 import subprocess
 import sys
@@ -248,6 +250,53 @@ def test_fly_to_nobody_exits_3_and_a_bad_or_taken_link_exits_2(tmp_path):
     answer = run("fly", "missions/kiosk.toml", "--connect", "pigeon://roof", "--yes", "--out", tmp_path)
     assert answer.returncode == 2
     assert "pigeon" in answer.stderr
+
+
+@pytest.mark.parametrize("place", ["nan,nan", "91,0", "1,inf", "roof"])
+def test_a_place_to_align_at_that_is_none_exits_2_before_anything_is_planned(tmp_path, place):
+    answer = run(
+        "fly", "missions/kiosk.toml", "--connect", "udpin://127.0.0.1:9", "--align", place, "--yes",
+        "--out", tmp_path,
+    )  # fmt: skip
+    assert answer.returncode == 2, answer.stdout + answer.stderr
+    (line,) = answer.stderr.strip().splitlines()
+    assert "--align" in line and place in line and "Fix:" in line
+    assert answer.stdout == ""
+
+
+def test_a_console_that_knows_no_unicode_still_gets_the_table(tmp_path):
+    answer = subprocess.run(
+        [sys.executable, "-m", "mavspiral.cli", "plan", "missions/kiosk.toml", "--out", str(tmp_path)],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+        timeout=300,
+    )
+    assert answer.returncode == 0, answer.stderr
+    assert "m/s?" in answer.stdout
+
+
+def test_ctrl_c_says_so_and_exits_130(tmp_path):
+    fifo = tmp_path / "mission.toml"
+    os.mkfifo(fifo)  # a file that nobody writes: the verb waits for it
+    verb = subprocess.Popen(
+        [sys.executable, "-m", "mavspiral.cli", "plan", str(fifo), "--json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
+    with fifo.open("w"):  # opens when the verb does
+        verb.send_signal(signal.SIGINT)
+        out, said = verb.communicate(timeout=60)
+    assert (verb.returncode, out, said) == (130, "", "mavspiral: stopped\n")
+
+
+def test_a_lens_that_shows_more_than_the_building_is_told_by_its_name(tmp_path):
+    answer = run("plan", changed(tmp_path, "focal_length_mm = 8.8", "focal_length_mm = 0.1"))
+    assert answer.returncode == 2
+    assert "focal_length_mm" in answer.stderr and "bottom_m =" not in answer.stderr
 
 
 def test_a_shutter_too_slow_for_any_pace_is_refused_before_anything_is_worked_out(tmp_path):

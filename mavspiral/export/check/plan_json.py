@@ -27,7 +27,9 @@ def read_plan_json(path: Path) -> dict[str, Any]:
         with path.open("rb") as file:
             content = file.read(SIZE_MAX_BYTES + 1)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+        raise InputError(
+            f"{path}: cannot be read ({error.strerror}). Fix: give the path of a .plan, as `mavspiral plan` writes it"
+        ) from None
     if len(content) > SIZE_MAX_BYTES:
         raise InputError(f"{path}: larger than {SIZE_MAX_BYTES >> 20} MiB, which no plan is")
     if content.startswith(b"QGC WPL"):
@@ -47,7 +49,11 @@ def read_plan_json(path: Path) -> dict[str, Any]:
             f"{path}: no JSON ({error.msg}, line {error.lineno}, column {error.colno}). "
             "Fix: save it again; a plan that was cut off cannot be mended"
         ) from None
-    except (UnicodeDecodeError, ValueError) as error:
+    except UnicodeDecodeError:
+        raise InputError(
+            f"{path}: no JSON but bytes that are no UTF-8. Fix: give a .plan, not a log or a map"
+        ) from None
+    except ValueError as error:
         raise InputError(f"{path}: no JSON ({str(error).splitlines()[0]})") from None
     except RecursionError:
         raise InputError(f"{path}: no plan (nested too deep)") from None

@@ -291,7 +291,7 @@ def test_the_tables_are_what_the_bundled_vehicle_takes():
         (b"[" * 100_000, "no plan (nested too deep)"),
         (b"[]", "no plan (a JSON list, wanted an object)"),
         (b"QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t47.4\t8.5\t500\t1\n", "a mission of text lines (QGC WPL)"),
-        (b"\xff\xfe\x00", "no JSON"),
+        (b"\xff\xfe\x00", "no JSON but bytes that are no UTF-8. Fix: give a .plan"),
         (b" " * (8 * 2**20 + 1), "larger than 8 MiB"),
     ],
 )
@@ -302,6 +302,11 @@ def test_a_file_that_cannot_be_read_is_one_line(tmp_path, content, words):
         check_file(path)
     assert words in str(error.value)
     assert len(str(error.value).splitlines()) == 1
+
+
+def test_a_plan_that_is_not_there_is_one_line_with_a_fix(tmp_path):
+    with pytest.raises(InputError, match=r"none\.plan: cannot be read \(No such file or directory\)\. Fix: "):
+        check_file(tmp_path / "none.plan")
 
 
 def json_values():
