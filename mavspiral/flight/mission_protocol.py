@@ -28,8 +28,8 @@ __all__ = ["MissionTransfer", "differences"]
 AGAIN_US = 300_000
 """A little more than PX4 waits for an item, 260 ms, before it asks again."""
 
-STUCK_US = 6_000_000
-"""PX4 gives an upload up after 5 s without an item; then it can begin anew."""
+STUCK_US = 9_000_000
+"""PX4 gives an upload up after 5 s without an item, ArduPilot after 8 s; then it can begin anew."""
 
 PATIENCE_US = 30_000_000
 _PLACELESS = 2  # MAV_FRAME_MISSION
