@@ -56,19 +56,15 @@ def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, si
         ratio: FloatArray = np.maximum(_asked(way, yaw, u1, u2, before, after, bounds), turning)
         return ratio
 
-    spans = len(law.phase_rad) - 1
     jerks = np.diff(law.phase_acceleration_radps2) / law.step_s
-    ratio = look(
-        np.linspace(0.0, law.duration_s, 2 * spans + 1),
-        np.append(jerks[0], np.repeat(jerks, 2)),
-        np.append(np.repeat(jerks, 2), jerks[-1]),
-    )
-    values = np.stack([ratio[1, :-1:2], ratio[0, 1::2], ratio[0, 2::2]], axis=1)
-    begin_s, width_s = np.arange(spans) * law.step_s, law.step_s
+    ratio = look(law.knots_s, np.append(jerks[0], jerks), np.append(jerks, jerks[-1]))
+    values = np.stack([ratio[1, :-1], ratio[0, 1:]], axis=1)
+    change = np.abs(values[:, 1] - values[:, 0])
+    change = np.maximum(change, np.maximum(np.append(change[1:], 0.0), np.append(0.0, change[:-1])))
+    begin_s, width_s = law.knots_s[:-1], law.step_s
     worst = float(values.max())
     for _ in range(LOOKS):
-        highest = values.max(axis=1) + np.abs(np.diff(values, axis=1)).max(axis=1)
-        chosen = highest > worst * ROOM
+        chosen = values.max(axis=1) + change > worst * ROOM
         if not chosen.any():
             break
         begin_s, jerks = begin_s[chosen], jerks[chosen]
@@ -80,6 +76,7 @@ def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, si
         width_s *= 2.0 / FINER
         begin_s, jerks = t_s[:, :-1:2].ravel(), np.repeat(jerks, FINER // 2)
         values = np.stack([values[:, :-1:2], values[:, 1::2], values[:, 2::2]], axis=-1).reshape(-1, 3)
+        change = np.abs(np.diff(values, axis=1)).max(axis=1)
     return worst
 
 
