@@ -75,9 +75,7 @@ def proof_of(
         clearance = measuring.result()
     *motion, gimbal, height = (_worst(same) for same in zip(*(always for always, _ in figures), strict=True))
     blur = _worst(chain.from_iterable(blurs for _, blurs in figures))
-    distances = clearance_figures(
-        clearance, required_m=required_m, vehicle_radius_m=mission.vehicle.radius_m
-    )
+    distances = clearance_figures(clearance, required_m=required_m, vehicle_radius_m=mission.vehicle.radius_m)
     return clearance, Certificate((*motion, blur, gimbal, *distances, height))
 
 

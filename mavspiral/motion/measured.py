@@ -2,13 +2,14 @@
 
 A time law is found on rows of u, and what lies between two rows is not what a cubic through them says: where one piece
 of a spline ends and the next begins, jerk and yaw acceleration have a kink, and kinks are where they are greatest. So
-the law found is measured on the true curve at each of its knots and midway between them. A peak between two samples is
-higher than they are by no more than what the values change by from one to the next; where that may be more than the
+the law found is measured on the true curve at each of its knots. A peak between two samples is higher than they
+are by no more than what the values change by from one to the next, there or beside it; where that may be more than the
 greatest seen, it is looked at more finely.
 """
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import astuple
 
 import numpy as np
@@ -44,7 +45,11 @@ def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, si
     def look(t_s: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
         """The factors at `t_s` (M,), with u⃛ as it is before and after, `(2, M)`."""
         blocks = [slice(first, first + BLOCK) for first in range(0, len(t_s), BLOCK)]
-        return np.concatenate([block(t_s[here], before[here], after[here]) for here in blocks], axis=1)
+        if len(blocks) == 1:
+            return block(t_s, before, after)
+        with ThreadPoolExecutor(max_workers=2) as both:  # kernels that run without the interpreter
+            found = list(both.map(lambda here: block(t_s[here], before[here], after[here]), blocks))
+        return np.concatenate(found, axis=1)
 
     def block(t_s: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
         u, u1, u2, _ = law.derivatives(t_s)
