@@ -30,6 +30,8 @@ BASIS = _basis()
 """Of the pieces that weigh the five keys of a span, in ascending powers of the place in the span."""
 LANES = 64
 """So many phases of one span are worked out side by side: the processor takes several at a time."""
+NEAR_RAD = 0.4
+"""They are no farther than this from the first of them: their sines are then short polynomials, exact to rounding."""
 
 
 @njit(cache=True, nogil=True)
@@ -47,17 +49,26 @@ def mixed_series(
     out = np.zeros((4, u.size, 3))
     first = 0
     while first < u.size:
-        span = min(max(int(np.floor(u[first] / key_rad)), 0), spans - 1)
+        begin = u[first]
+        span = min(max(int(np.floor(begin / key_rad)), 0), spans - 1)
         lanes = 1
-        while lanes < LANES and first + lanes < u.size:
+        while lanes < LANES and first + lanes < u.size and abs(u[first + lanes] - begin) < NEAR_RAD:
             if min(max(int(np.floor(u[first + lanes] / key_rad)), 0), spans - 1) != span:
                 break
             lanes += 1
         still = True
         for k in range(1, 5):
             still = still and of_key[span + k] == of_key[span]
+        begin_cos, begin_sin = np.cos(begin), np.sin(begin)
         for i in range(lanes):
-            turn[0, i], turn[1, i] = np.cos(u[first + i]), np.sin(u[first + i])
+            x = u[first + i] - begin
+            y = x * x
+            even = odd = 1.0
+            for m in range(14, 0, -2):
+                even = 1.0 - even * y * (1.0 / (m * (m - 1)))
+                odd = 1.0 - odd * y * (1.0 / (m * (m + 1)))
+            turn[0, i] = begin_cos * even - begin_sin * odd * x
+            turn[1, i] = begin_sin * even + begin_cos * odd * x
         for k in range(1 if still else 5):
             outline = spectra[of_key[span + k]]
             wave[0], wave[1] = 1.0, 0.0

@@ -43,6 +43,11 @@ class TimeLaw:
         """Time from rest to rest."""
         return self.step_s * (len(self.phase_rad) - 1)
 
+    @property
+    def knots_s(self) -> FloatArray:
+        """When each knot is passed."""
+        return np.arange(len(self.phase_rad), dtype=np.float64) * self.step_s
+
     def __call__(self, t_s: ArrayLike, order: int = 0) -> FloatArray:
         """The `order`-th derivative of u at `t_s`, in rad/sᵒʳᵈᵉʳ; t is clipped to [0, duration]."""
         return self.derivatives(t_s)[order]

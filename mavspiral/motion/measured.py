@@ -2,13 +2,14 @@
 
 A time law is found on rows of u, and what lies between two rows is not what a cubic through them says: where one piece
 of a spline ends and the next begins, jerk and yaw acceleration have a kink, and kinks are where they are greatest. So
-the law found is measured on the true curve at each of its knots and midway between them. A peak between two samples is
-higher than they are by no more than what the values change by from one to the next; where that may be more than the
+the law found is measured on the true curve at each of its knots. A peak between two samples is higher than they
+are by no more than what the values change by from one to the next, there or beside it; where that may be more than the
 greatest seen, it is looked at more finely.
 """
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import astuple
 
 import numpy as np
@@ -44,7 +45,11 @@ def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, si
     def look(t_s: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
         """The factors at `t_s` (M,), with u⃛ as it is before and after, `(2, M)`."""
         blocks = [slice(first, first + BLOCK) for first in range(0, len(t_s), BLOCK)]
-        return np.concatenate([block(t_s[here], before[here], after[here]) for here in blocks], axis=1)
+        if len(blocks) == 1:
+            return block(t_s, before, after)
+        with ThreadPoolExecutor(max_workers=2) as both:  # kernels that run without the interpreter
+            found = list(both.map(lambda here: block(t_s[here], before[here], after[here]), blocks))
+        return np.concatenate(found, axis=1)
 
     def block(t_s: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
         u, u1, u2, _ = law.derivatives(t_s)
@@ -56,19 +61,15 @@ def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, si
         ratio: FloatArray = np.maximum(_asked(way, yaw, u1, u2, before, after, bounds), turning)
         return ratio
 
-    spans = len(law.phase_rad) - 1
     jerks = np.diff(law.phase_acceleration_radps2) / law.step_s
-    ratio = look(
-        np.linspace(0.0, law.duration_s, 2 * spans + 1),
-        np.append(jerks[0], np.repeat(jerks, 2)),
-        np.append(np.repeat(jerks, 2), jerks[-1]),
-    )
-    values = np.stack([ratio[1, :-1:2], ratio[0, 1::2], ratio[0, 2::2]], axis=1)
-    begin_s, width_s = np.arange(spans) * law.step_s, law.step_s
+    ratio = look(law.knots_s, np.append(jerks[0], jerks), np.append(jerks, jerks[-1]))
+    values = np.stack([ratio[1, :-1], ratio[0, 1:]], axis=1)
+    change = np.abs(values[:, 1] - values[:, 0])
+    change = np.maximum(change, np.maximum(np.append(change[1:], 0.0), np.append(0.0, change[:-1])))
+    begin_s, width_s = law.knots_s[:-1], law.step_s
     worst = float(values.max())
     for _ in range(LOOKS):
-        highest = values.max(axis=1) + np.abs(np.diff(values, axis=1)).max(axis=1)
-        chosen = highest > worst * ROOM
+        chosen = values.max(axis=1) + change > worst * ROOM
         if not chosen.any():
             break
         begin_s, jerks = begin_s[chosen], jerks[chosen]
@@ -80,6 +81,7 @@ def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, si
         width_s *= 2.0 / FINER
         begin_s, jerks = t_s[:, :-1:2].ravel(), np.repeat(jerks, FINER // 2)
         values = np.stack([values[:, :-1:2], values[:, 1::2], values[:, 2::2]], axis=-1).reshape(-1, 3)
+        change = np.abs(np.diff(values, axis=1)).max(axis=1)
     return worst
 
 

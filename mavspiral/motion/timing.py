@@ -36,12 +36,12 @@ from mavspiral.motion.turn import LEVEL, Gaze
 
 __all__ = ["fastest_law"]
 
-GRIDS_M = (0.15, 0.05)
+GRIDS_M = (0.3, 0.05)
 """Rows are so far apart, or finer where the coarser ones overlook more than"""
 OVERLOOKED = 1.003
 GRID_ROWS = (1_000, 40_000)
-KNOT_S = 0.02
-KNOTS_PER_WINDOW = 25
+KNOT_S = 0.04
+KNOTS_PER_WINDOW = 20
 WINDOW_IN_BENDS = 1.6
 SHORTEST_WINDOW_S = 0.1
 ROUNDS = 16

@@ -158,10 +158,14 @@ class Trajectory:
             rows = [(int(i), np.flatnonzero(which == i)) for i in np.unique(which)]
         return rows
 
-    def sampled(self, dt_s: float) -> TrajectoryState:
-        """The motion every `dt_s` from 0 on, and in the last row at the very end."""
+    def grid_s(self, dt_s: float) -> FloatArray:
+        """The times every `dt_s` from 0 on, and at last the very end."""
         steps = int(np.floor(self.duration_s / dt_s * (1 - 1e-12)))
-        return self(np.append(np.arange(steps + 1) * dt_s, self.duration_s))
+        return np.append(np.arange(steps + 1) * dt_s, self.duration_s)
+
+    def sampled(self, dt_s: float) -> TrajectoryState:
+        """The motion on the grid of times `dt_s` apart."""
+        return self(self.grid_s(dt_s))
 
 
 def during(states: TrajectoryState, span_s: tuple[float, float]) -> TrajectoryState:
