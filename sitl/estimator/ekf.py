@@ -40,6 +40,7 @@ from sitl.estimator.model import (
     mag_jacobian,
     process_noise,
 )
+from sitl.estimator.observer import follow
 from sitl.geo import GRAVITY_MPS2, geodetic_of_ned, ned_of_geodetic
 from sitl.kernels import FloatArray, Triple
 from sitl.params import Params
@@ -131,7 +132,9 @@ class Ekf:
         if has & HAS_MAG:
             expected, H = mag_expected(self._q, self._field), mag_jacobian(self._q, self._field)
             self.filter.fuse(self._mag[slot], expected, H, self._mag_R, self._gate[MAG])
-        if has:
+        if self.nav["follows"][0]:
+            follow(self.nav)
+        elif has:
             catch_up(self.nav)
 
     @property
