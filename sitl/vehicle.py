@@ -253,6 +253,12 @@ class Vehicle:
         """Where the EKF's NED frame is anchored; None before the first good fix."""
         return GeoPoint(*self._ekf.book["origin"][0].tolist()) if self._ekf.running else None
 
+    def move_origin(self, point: GeoPoint) -> None:
+        """Anchor the EKF's NED frame there, once it has one; a demand in that frame is not moved."""
+        if self._ekf.running:
+            self._ekf.move_origin(point.lat_deg, point.lon_deg, point.alt_amsl_m)
+            self._forget_beliefs()
+
     @property
     def imu(self) -> ImuSample:
         """The latest sample."""

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from sitl.autopilot.arming import home_of, idle_limit_us, is_ready, why_not_arm
+from sitl.autopilot.arming import home_in, home_of, idle_limit_us, is_ready, why_not_arm
 from sitl.autopilot.charge import charge_of
 from sitl.autopilot.errands import change_speed, circle, orbit_run, reposition
 from sitl.autopilot.failsafe import change_conduct, descent, watch_charge
@@ -130,6 +130,10 @@ class Commander(Pilot[CommanderState]):
         elif state.steering is not None:
             state.steering = state.course = None
 
+    def hear_of_origin(self, condition: Condition) -> None:
+        """The estimate's frame has been moved: where home is in it."""
+        self._state.home = home_in(condition, self._state.home)
+
     def command(self, condition: Condition) -> Demand:
         """What the cascade shall do until the next frame."""
         state, now_us = self._state, condition.time_us
@@ -183,7 +187,8 @@ class Commander(Pilot[CommanderState]):
         if state.armed:
             return Verdict.ACCEPTED
         if not force:
-            reason = why_not_arm(condition, state.mode, streamed=self._streamed(condition))
+            streamed = self._streamed(condition)
+            reason = why_not_arm(condition, state.mode, streamed=streamed, mission_ok=state.mission_ok)
             if reason is not None:
                 self._notify(condition, Severity.CRITICAL, f"Arming denied: {reason}")
                 return Verdict.NOT_NOW
@@ -215,10 +220,11 @@ class Commander(Pilot[CommanderState]):
 
     def _switch(self, mode: Mode, condition: Condition) -> Verdict:
         state = self._state
-        lost = state.armed and mode is Mode.OFFBOARD and not self._streamed(condition)
         row = MODES[mode]
+        lost = mode is Mode.OFFBOARD and not self._streamed(condition)
         homeless = row.needs_home and state.home is None
-        if lost or homeless or (row.needs_mission and not state.mission_ok):
+        # Disarmed, PX4 takes any mode, and then will not arm.
+        if state.armed and (lost or homeless or (row.needs_mission and not state.mission_ok)):
             return self._refuse_mode(mode.name.capitalize(), condition)
         if mode is not Mode.MISSION:
             leave_mission(state)

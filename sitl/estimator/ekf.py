@@ -148,6 +148,15 @@ class Ekf:
         gate[SPEED], gate[PLACE] = params["EKF2_GPS_V_GATE"], params["EKF2_GPS_P_GATE"]
         gate[BARO], gate[MAG] = params["EKF2_BARO_GATE"], params["EKF2_MAG_GATE"]
 
+    def move_origin(self, lat_deg: float, lon_deg: float, alt_amsl_m: float) -> None:
+        """Anchor the NED frame there, with all that is given in it; axes stay parallel, as over short ways they are."""
+        anchor, old = (lat_deg, lon_deg, alt_amsl_m), self._b["origin"].tolist()
+        moved_m = np.array(ned_of_geodetic(anchor, tuple(old)))
+        self._b["origin"] = anchor
+        self._pose[:3] += moved_m
+        self.nav[0]["out_position_ned_m"] += moved_m
+        self.nav[0]["outputs"][:, :3] += moved_m
+
     def _write_sheet(self, noise: FloatArray) -> None:
         sheet, senses = self.sheet[0], self._senses
         sheet["process_noise"], sheet["field_ned_gauss"] = noise, self._field

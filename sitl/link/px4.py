@@ -33,6 +33,7 @@ from sitl.link.signing import Signer
 from sitl.link.streams import Schedule, Streams
 from sitl.link.telemetry import TELEMETRY, Builder
 from sitl.orders import Notice, Shot, SwitchMode, Verdict, WishMode
+from sitl.signals import GeoPoint
 
 __all__ = ["Px4Link", "Px4LinkState"]
 
@@ -44,6 +45,7 @@ _COMMAND_INT = message_type("COMMAND_INT")
 _SET_MODE = message_type("SET_MODE")
 _PARAMETER_MESSAGES = tuple(map(message_type, ("PARAM_REQUEST_LIST", "PARAM_REQUEST_READ", "PARAM_SET")))
 _PING = message_type("PING")
+_SET_GPS_GLOBAL_ORIGIN = message_type("SET_GPS_GLOBAL_ORIGIN")
 _TIMESYNC = message_type("TIMESYNC")
 _MESSAGE_INTERVAL = message_type("MESSAGE_INTERVAL")
 _GPS_GLOBAL_ORIGIN = message_type("GPS_GLOBAL_ORIGIN")
@@ -59,6 +61,8 @@ _RESULTS = {
 _HEARTBEAT_LIMIT_US = 1e6
 """Nobody switches HEARTBEAT off or makes it rarer than PX4 sends it: the vehicle would seem to be gone."""
 _CUSTOM_MODE = 1
+_QUARTER_E7 = 900_000_000
+"""90 degrees as MAVLink has them."""
 _OURS, _ANY = common.MAV_COMP_ID_AUTOPILOT1, common.MAV_COMP_ID_ALL
 
 
@@ -246,6 +250,17 @@ class Px4Link:
     def _on_event_request(self, received: Received, _: Helm) -> list[Message]:
         return no_event(received) if self._addresses_us(received.message) else []
 
+    def _on_origin(self, received: Received, helm: Helm) -> list[Message]:
+        """Whoever sets the origin, and for whomever, is told where it is now."""
+        message = received.message
+        valid = abs(message.latitude) <= _QUARTER_E7 and abs(message.longitude) <= 2 * _QUARTER_E7
+        if valid and message.target_system == self._codec.system:
+            helm.move_origin(
+                GeoPoint(message.latitude * 1e-7, message.longitude * 1e-7, message.altitude * 1e-3)
+            )
+        told = self._builders[_GPS_GLOBAL_ORIGIN.ID](helm.report())
+        return [] if told is None else [told]
+
     def _on_ping(self, received: Received, _: Helm) -> list[Message]:
         ping = received.message
         if ping.target_system or ping.target_component:
@@ -377,6 +392,7 @@ _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message
     _SET_MODE: Px4Link._on_set_mode,
     _PING: Px4Link._on_ping,
     _TIMESYNC: Px4Link._on_timesync,
+    _SET_GPS_GLOBAL_ORIGIN: Px4Link._on_origin,
     FILE_MESSAGE: Px4Link._on_file,
     LOG_REQUEST: Px4Link._on_log_list,
     REQUEST_EVENT: Px4Link._on_event_request,

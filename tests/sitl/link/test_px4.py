@@ -575,3 +575,41 @@ def test_a_mission_is_not_started_without_one_and_the_text_says_why(client, pick
 def test_it_does_not_reboot_but_takes_actuators_that_it_has_not(client, pick, request_, result):
     client.command(*request_)
     assert acks(client.live(0.1), pick) == [(request_[0], result)]
+
+
+def test_the_origin_is_moved_on_the_ground_told_at_once_and_the_flight_is_as_before(client, pick):
+    """Home stays where it is on Earth; armed, it is only told."""
+    client.until(lambda: client.flight.ready, 10.0)
+    client.live(1.0)
+    origin, home = client.simulator.report.origin, client.flight.home.point
+    wanted = {
+        "latitude": round(origin.lat_deg * 1e7) + 9000,  # 100 m north
+        "longitude": round(origin.lon_deg * 1e7),
+        "altitude": round(origin.alt_amsl_m * 1e3) + 7000,
+    }
+    client.say("SET_GPS_GLOBAL_ORIGIN", **wanted, target_system=1, time_usec=0)
+    (told,) = pick(client.live(0.02), "GPS_GLOBAL_ORIGIN")
+    assert (told.latitude, told.longitude, told.altitude) == tuple(wanted.values())
+    position = client.simulator.report.estimate.position_ned_m
+    assert (position[0], position[2]) == (pytest.approx(-100.0, abs=1.0), pytest.approx(7.0, abs=0.5))
+    moved = client.flight.home
+    assert moved.point == home and moved.position_ned_m[2] == pytest.approx(7.0, abs=0.5)
+
+    client.airborne(5.0)
+    north_m, east_m, down_m = client.simulator.truth.position_ned_m
+    assert math.hypot(north_m, east_m) < 1.0 and down_m == pytest.approx(-12.0, abs=0.7)
+    client.say("SET_GPS_GLOBAL_ORIGIN", **wanted | {"latitude": 0}, target_system=1, time_usec=0)
+    (told,) = pick(client.live(0.02), "GPS_GLOBAL_ORIGIN")
+    assert told.latitude == wanted["latitude"]
+
+
+def test_disarmed_any_mode_is_taken_and_mission_mode_then_does_not_arm_without_a_mission(client, pick):
+    client.heartbeat()
+    client.until(lambda: client.flight.ready, 10.0)
+    client.command(176, 1, 4, 4)
+    assert acks(client.live(0.1), pick) == [(176, 0), (176, 0)]
+    assert client.flight.mode is Mode.MISSION
+    client.command(400, 1.0, 0.0)
+    heard = client.live(0.1)
+    assert acks(heard, pick) == [(400, 1)]
+    assert bytes(pick(heard, "STATUSTEXT")[-1].text) == b"Arming denied: No valid mission available"
