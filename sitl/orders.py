@@ -39,6 +39,7 @@ __all__ = [
     "TurnTo",
     "UsePayload",
     "Verdict",
+    "WishMode",
 ]
 
 
@@ -117,6 +118,13 @@ class SwitchMode:
     """Change what the vehicle is doing."""
 
     mode: Mode
+
+
+@dataclass(frozen=True, slots=True)
+class WishMode:
+    """Change to a mode of that name, which the autopilot knows and cannot enter."""
+
+    name: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +228,7 @@ Order = (
     | Disarm
     | TakeOff
     | SwitchMode
+    | WishMode
     | Reposition
     | TakePlan
     | GoToItem

@@ -21,7 +21,7 @@ from sitl.link.streams import GCS_RATES_HZ, OFFBOARD_RATES_HZ
 from sitl.orders import FlightStatus, Notice, Order, Verdict
 from sitl.params import Params
 from sitl.plans import MissionRun, Plans
-from sitl.signals import FloatArray, Setpoint, TruthState
+from sitl.signals import FloatArray, GeoPoint, Setpoint, TruthState
 from sitl.vehicle import FRAME_US, Vehicle, VehicleConfig, VehicleState
 
 if TYPE_CHECKING:
@@ -278,6 +278,12 @@ class _Craft:
         """The ground station is there; PX4 does not mind when it is not."""
         if isinstance(self.commander, Copter):
             self.commander.hear_ground_station(self.time_us)
+
+    def move_origin(self, point: GeoPoint) -> None:
+        """Anchor the estimate's frame there, and home in it; PX4 does so in flight too, where nothing is moved here."""
+        if isinstance(self.commander, Commander) and not self.commander.armed:
+            self.vehicle.move_origin(point)
+            self.commander.hear_of_origin(self.vehicle)
 
     def attitude(self) -> FloatArray:
         """The attitude `q_ned_frd`, as estimated."""

@@ -47,7 +47,8 @@ class VehicleConfig:
     It stands at `home` (which is truth's NED origin) with its nose at `heading_ned_rad`. The EKF's origin
     lies `origin_offset_ned_m` away from the first good fix. The wind is that at 20 ft (6.1 m) and grows with
     height; `gusts` adds Dryden turbulence to it. Without `noise` the senses tell the truth. `supposed` are
-    the sheets by which the estimator judges its senses, where they are not the true ones. `stock_filter` flies filterpy's own arithmetic. `params` are
+    the sheets by which the estimator judges its senses, where they are not the true ones. `stock_filter` flies filterpy's own arithmetic,
+    `output_observer` has the output follow the filter as slowly as PX4's. `params` are
     taken as they are: start them from `Params(airframe.params)`.
     """
 
@@ -65,6 +66,7 @@ class VehicleConfig:
     noise: bool = True
     supposed: tuple[Senses, Receiver] | None = None
     stock_filter: bool = False
+    output_observer: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +118,7 @@ class Vehicle:
         world["speed_max_radps"] = config.airframe.rotors.speed_max_radps
         world["sensed"]["baro_alt_m"] = config.home.alt_amsl_m - config.ground_down_m
         brain["mind"], brain["nav"] = new_mind(), new_nav()
+        brain["nav"]["follows"] = config.output_observer
         senses, receiver = config.supposed or (senses, receiver)
         self._ekf = Ekf(
             brain["nav"],
@@ -249,6 +252,12 @@ class Vehicle:
     def origin(self) -> GeoPoint | None:
         """Where the EKF's NED frame is anchored; None before the first good fix."""
         return GeoPoint(*self._ekf.book["origin"][0].tolist()) if self._ekf.running else None
+
+    def move_origin(self, point: GeoPoint) -> None:
+        """Anchor the EKF's NED frame there, once it has one; a demand in that frame is not moved."""
+        if self._ekf.running:
+            self._ekf.move_origin(point.lat_deg, point.lon_deg, point.alt_amsl_m)
+            self._forget_beliefs()
 
     @property
     def imu(self) -> ImuSample:

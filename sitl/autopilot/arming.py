@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from sitl.autopilot.modes import MODES
-from sitl.geo import geodetic_of_ned
+from sitl.geo import geodetic_of_ned, ned_of_geodetic
 from sitl.orders import Condition, Home, Mode
-from sitl.signals import GeoPoint
+from sitl.signals import GeoPoint, vector
 
-__all__ = ["home_of", "idle_limit_us", "is_ready", "why_not_arm"]
+__all__ = ["home_in", "home_of", "idle_limit_us", "is_ready", "why_not_arm"]
 
 _PREFLIGHT_EXTRA_US = 1_500_000
 """Auto-disarm without take-off was seen 11.5 s after arming, with COM_DISARM_PRFLT = 10 s."""
@@ -27,7 +28,7 @@ def is_ready(condition: Condition) -> bool:
     )
 
 
-def why_not_arm(condition: Condition, mode: Mode, *, streamed: bool) -> str | None:
+def why_not_arm(condition: Condition, mode: Mode, *, streamed: bool, mission_ok: bool) -> str | None:
     """What speaks against arming in this mode; None when nothing does."""
     if not is_ready(condition):
         return "Resolve system health failures first"
@@ -35,6 +36,8 @@ def why_not_arm(condition: Condition, mode: Mode, *, streamed: bool) -> str | No
         return "Mode not suitable for takeoff"
     if mode is Mode.OFFBOARD and not streamed:
         return "No offboard signal"
+    if MODES[mode].needs_mission and not mission_ok:
+        return "No valid mission available"
     return None
 
 
@@ -47,6 +50,16 @@ def home_of(condition: Condition) -> Home | None:
     anchor = origin.lat_deg, origin.lon_deg, origin.alt_amsl_m
     point = GeoPoint(*geodetic_of_ned(anchor, (north_m, east_m, down_m)))
     return Home(point, estimate.position_ned_m, estimate.q_ned_frd)
+
+
+def home_in(condition: Condition, home: Home | None) -> Home | None:
+    """The same place, in the estimate's frame as it is now."""
+    origin = condition.origin
+    if home is None or origin is None:
+        return home
+    anchor = origin.lat_deg, origin.lon_deg, origin.alt_amsl_m
+    point = home.point.lat_deg, home.point.lon_deg, home.point.alt_amsl_m
+    return replace(home, position_ned_m=vector(ned_of_geodetic(anchor, point)))
 
 
 def idle_limit_us(parameters: Mapping[str, float], *, flown: bool) -> float | None:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from sitl.autopilot.arming import home_of, idle_limit_us, is_ready, why_not_arm
+from sitl.autopilot.arming import home_in, home_of, idle_limit_us, is_ready, why_not_arm
 from sitl.autopilot.charge import charge_of
 from sitl.autopilot.errands import change_speed, circle, orbit_run, reposition
 from sitl.autopilot.failsafe import change_conduct, descent, watch_charge
@@ -44,6 +44,7 @@ from sitl.orders import (
     TurnTo,
     UsePayload,
     Verdict,
+    WishMode,
 )
 from sitl.signals import Demand, Setpoint
 
@@ -86,6 +87,8 @@ class Commander(Pilot[CommanderState]):
             case SwitchMode(mode):
                 self._state.takeoff_alt_amsl_m = math.nan
                 return self._switch(mode, condition)
+            case WishMode(name):
+                return self._refuse_mode(name, condition)
             case Reposition():
                 return reposition(
                     self._state, order, condition, self.parameters, flies=self._may_fly(condition)
@@ -105,8 +108,7 @@ class Commander(Pilot[CommanderState]):
             case GoToItem(seq):
                 return self._go_to(seq)
             case StartMission():
-                verdict = self._switch(Mode.MISSION, condition)
-                return self._arm(condition, force=False) if verdict is Verdict.ACCEPTED else verdict
+                return self._start_mission(condition)
             case UsePayload(item):
                 told = self._state.payload.told(item, self._state.home)
                 self._state.payload = replace(told, paused=False)
@@ -127,6 +129,10 @@ class Commander(Pilot[CommanderState]):
             state.steering = setpoint
         elif state.steering is not None:
             state.steering = state.course = None
+
+    def hear_of_origin(self, condition: Condition) -> None:
+        """The estimate's frame has been moved: where home is in it."""
+        self._state.home = home_in(condition, self._state.home)
 
     def command(self, condition: Condition) -> Demand:
         """What the cascade shall do until the next frame."""
@@ -181,7 +187,8 @@ class Commander(Pilot[CommanderState]):
         if state.armed:
             return Verdict.ACCEPTED
         if not force:
-            reason = why_not_arm(condition, state.mode, streamed=self._streamed(condition))
+            streamed = self._streamed(condition)
+            reason = why_not_arm(condition, state.mode, streamed=streamed, mission_ok=state.mission_ok)
             if reason is not None:
                 self._notify(condition, Severity.CRITICAL, f"Arming denied: {reason}")
                 return Verdict.NOT_NOW
@@ -213,22 +220,30 @@ class Commander(Pilot[CommanderState]):
 
     def _switch(self, mode: Mode, condition: Condition) -> Verdict:
         state = self._state
-        lost = state.armed and mode is Mode.OFFBOARD and not self._streamed(condition)
         row = MODES[mode]
+        lost = mode is Mode.OFFBOARD and not self._streamed(condition)
         homeless = row.needs_home and state.home is None
-        if lost or homeless or (row.needs_mission and not state.mission_ok):
-            self._notify(
-                condition,
-                Severity.CRITICAL,
-                f"Switching to mode '{mode.name.capitalize()}' is currently not available",
-            )
-            return Verdict.NOT_NOW
+        # Disarmed, PX4 takes any mode, and then will not arm.
+        if state.armed and (lost or homeless or (row.needs_mission and not state.mission_ok)):
+            return self._refuse_mode(mode.name.capitalize(), condition)
         if mode is not Mode.MISSION:
             leave_mission(state)
         if state.conduct is not mode or mode is Mode.TAKEOFF:
             state.steering = state.course = None
         state.mode, state.failsafe, state.for_charge, state.speed_mps = mode, None, None, math.nan
         return Verdict.ACCEPTED
+
+    def _refuse_mode(self, name: str, condition: Condition) -> Verdict:
+        text = f"Switching to mode '{name}' is currently not available"
+        self._notify(condition, Severity.CRITICAL, text)
+        return Verdict.NOT_NOW
+
+    def _start_mission(self, condition: Condition) -> Verdict:
+        if not self._state.mission_ok:
+            self._notify(condition, Severity.CRITICAL, "Mission start denied! No valid mission")
+            return Verdict.DENIED
+        verdict = self._switch(Mode.MISSION, condition)
+        return self._arm(condition, force=False) if verdict is Verdict.ACCEPTED else verdict
 
     def _go_to(self, seq: int) -> Verdict:
         state = self._state

@@ -37,6 +37,7 @@ from sitl.orders import (
     TurnTo,
     UsePayload,
     Verdict,
+    WishMode,
 )
 from sitl.plans import MissionRun, PlanKind
 from sitl.signals import GeoPoint, Setpoint, vector
@@ -85,7 +86,7 @@ def carry_out(
             return _put(state, number, pwm_us)
         case Pause(go_on):
             return _pause(state, go_on=go_on)
-        case Orbit():
+        case Orbit() | WishMode():
             return Verdict.DENIED
 
 

@@ -40,6 +40,7 @@ from sitl.estimator.model import (
     mag_jacobian,
     process_noise,
 )
+from sitl.estimator.observer import follow
 from sitl.geo import GRAVITY_MPS2, geodetic_of_ned, ned_of_geodetic
 from sitl.kernels import FloatArray, Triple
 from sitl.params import Params
@@ -131,7 +132,9 @@ class Ekf:
         if has & HAS_MAG:
             expected, H = mag_expected(self._q, self._field), mag_jacobian(self._q, self._field)
             self.filter.fuse(self._mag[slot], expected, H, self._mag_R, self._gate[MAG])
-        if has:
+        if self.nav["follows"][0]:
+            follow(self.nav)
+        elif has:
             catch_up(self.nav)
 
     @property
@@ -144,6 +147,15 @@ class Ekf:
         self._params, gate = params, self._gate
         gate[SPEED], gate[PLACE] = params["EKF2_GPS_V_GATE"], params["EKF2_GPS_P_GATE"]
         gate[BARO], gate[MAG] = params["EKF2_BARO_GATE"], params["EKF2_MAG_GATE"]
+
+    def move_origin(self, lat_deg: float, lon_deg: float, alt_amsl_m: float) -> None:
+        """Anchor the NED frame there, with all that is given in it; axes stay parallel, as over short ways they are."""
+        anchor, old = (lat_deg, lon_deg, alt_amsl_m), self._b["origin"].tolist()
+        moved_m = np.array(ned_of_geodetic(anchor, tuple(old)))
+        self._b["origin"] = anchor
+        self._pose[:3] += moved_m
+        self.nav[0]["out_position_ned_m"] += moved_m
+        self.nav[0]["outputs"][:, :3] += moved_m
 
     def _write_sheet(self, noise: FloatArray) -> None:
         sheet, senses = self.sheet[0], self._senses

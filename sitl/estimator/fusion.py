@@ -22,6 +22,7 @@ from sitl.estimator.model import (
     mag_jacobian,
     predict_covariance,
 )
+from sitl.estimator.observer import follow
 from sitl.geo import ned_of_geodetic
 from sitl.kernels import FloatArray, kernel
 
@@ -149,6 +150,8 @@ def fuse_frame(
     slot = (frame - HORIZON_FRAMES) % RING
     predict_covariance(P, work, navs, sheet.process_noise, PREDICT_S)
     if not has:
+        if nav.follows:
+            follow(navs)
         return
     fix = _fix_ned(nav, book, slot) if has & HAS_FIX else np.empty(0)
     if has & HAS_FIX and frame - book.fix_frame > ALONE_FRAMES:
@@ -165,4 +168,7 @@ def fuse_frame(
         if kind == PLACE:
             book.rejected = 0 if accepted else book.rejected + 1
             _settle_fix(navs, book, sheet, P, fix, frame)
-    catch_up(navs)
+    if nav.follows:
+        follow(navs)
+    else:
+        catch_up(navs)

@@ -72,6 +72,11 @@ NAV = np.dtype(
         ("baro_alt_m", "f8", RING),
         ("mag", "f8", (RING, 3)),
         ("has", "i8", RING),
+        ("follows", "i8"),  # EKF2's observer: whether the output has one, and whether that has begun
+        ("following", "i8"),
+        ("outputs", "f8", (RING, 10)),  # position, velocity, attitude
+        ("output_error", "f8", 6),  # summed
+        ("turn_rad", "f8", 3),  # what each sample's turn takes of the attitude's error
     ]
 )
 """Nominal state, output, and the samples of the last RING frames by frame number."""
@@ -158,9 +163,13 @@ def tick(nav: np.record, k: int) -> None:
     """Carry the output through sample `k` of the newest frame."""
     force, rate = _corrected(nav, nav.frame % RING, k)
     if nav.running:
+        turn = rate
+        if nav.follows:
+            c = nav.turn_rad
+            turn = (rate[0] + c[0] / IMU_S, rate[1] + c[1] / IMU_S, rate[2] + c[2] / IMU_S)
         # Slices, as the horizon's are: one signature.
         p, v = nav.out_position_ned_m[:], nav.out_velocity_ned_mps[:]
-        a = propagate(p, v, nav.out_q_ned_frd, force, rate, IMU_S)
+        a = propagate(p, v, nav.out_q_ned_frd, force, turn, IMU_S)
         for i in range(3):
             nav.out_acceleration_ned_mps2[i] = a[i]
     for i in range(3):

@@ -98,9 +98,9 @@ def _switch_to(mode: Mode) -> Callable[[Command, FlightStatus], Order]:
 
 
 def _start_mission(command: Command, flight: FlightStatus) -> Order | None:
-    """PX4 looks at the first item (-1 or a number) and at the mission, and then flies from its current item."""
+    """PX4 looks at the mission and at the first item (-1 or a number), and then flies from its current item."""
     first_ok = -1.0 <= command.param1 < len(flight.plans.mission)
-    return StartMission() if flight.mission_ok and first_ok else None
+    return StartMission() if first_ok or not flight.mission_ok else None
 
 
 def _use_payload(command: Command, _: FlightStatus) -> Order:

@@ -9,7 +9,7 @@ from sitl.link.parameters import ParameterTable
 from sitl.link.report import Report
 from sitl.orders import Order, Verdict
 from sitl.plans import MissionRun, Plans
-from sitl.signals import FloatArray, Setpoint
+from sitl.signals import FloatArray, GeoPoint, Setpoint
 
 __all__ = ["Helm"]
 
@@ -45,6 +45,9 @@ class Helm(Protocol):
 
     def hear_ground_station(self) -> None:
         """The ground station that the vehicle listens for is there."""
+
+    def move_origin(self, point: GeoPoint) -> None:
+        """Anchor the estimate's frame there; nothing while it is armed."""
 
     def attitude(self) -> FloatArray:
         """The attitude `q_ned_frd`, as estimated."""

@@ -83,6 +83,17 @@ _BEYOND_COMMON = {
         "<HHH8s8s",
         217,
     ),
+    411: _spelled_out(411, "CURRENT_EVENT_SEQUENCE", "sequence flags", "<HB", 106),
+    412: _spelled_out(
+        412, "REQUEST_EVENT", "first_sequence last_sequence target_system target_component", "<HHBB", 33
+    ),
+    413: _spelled_out(
+        413,
+        "RESPONSE_EVENT_ERROR",
+        "sequence sequence_oldest_available target_system target_component reason",
+        "<HHBBB",
+        77,
+    ),
     435: _spelled_out(
         435,
         "AVAILABLE_MODES",
@@ -92,7 +103,7 @@ _BEYOND_COMMON = {
     ),
     436: _spelled_out(436, "CURRENT_MODE", "custom_mode intended_custom_mode standard_mode", "<IIB", 193),
 }
-"""What PX4 sends and pymavlink's common dialect does not have yet: from its development dialect."""
+"""What PX4 sends and pymavlink's common dialect does not have: from MAVLink's common.xml (the events) and development.xml."""
 
 
 @cache

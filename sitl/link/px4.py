@@ -15,6 +15,7 @@ from pymavlink.dialects.v20 import common
 from sitl.link.camera import Camera, CameraState
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import ORDERS, Command, answered, command_of, whole_number
+from sitl.link.events import EVENTS, REQUEST_EVENT, no_event
 from sitl.link.failures import begun_by, ended_by
 from sitl.link.files import FILE_MESSAGE, Files, no_file
 from sitl.link.gimbal import GIMBAL, claimed
@@ -25,13 +26,14 @@ from sitl.link.messages import Message, MessageType, message_type
 from sitl.link.missions import MISSION_MESSAGES, PROGRESS, PlanService
 from sitl.link.mode_list import AVAILABLE_MODES, listed
 from sitl.link.parameters import ParameterService
-from sitl.link.px4_status import MODE_OF_CODE, PX4_MODES, STATUS, status_texts
+from sitl.link.px4_status import MODE_OF_CODE, MODES_NOT_FLOWN, PX4_MODES, STATUS, status_texts
 from sitl.link.report import Report
 from sitl.link.setpoints import attitude_setpoint_of, setpoint_of
 from sitl.link.signing import Signer
 from sitl.link.streams import Schedule, Streams
 from sitl.link.telemetry import TELEMETRY, Builder
-from sitl.orders import Notice, Shot, SwitchMode, Verdict
+from sitl.orders import Notice, Shot, SwitchMode, Verdict, WishMode
+from sitl.signals import GeoPoint
 
 __all__ = ["Px4Link", "Px4LinkState"]
 
@@ -43,12 +45,13 @@ _COMMAND_INT = message_type("COMMAND_INT")
 _SET_MODE = message_type("SET_MODE")
 _PARAMETER_MESSAGES = tuple(map(message_type, ("PARAM_REQUEST_LIST", "PARAM_REQUEST_READ", "PARAM_SET")))
 _PING = message_type("PING")
+_SET_GPS_GLOBAL_ORIGIN = message_type("SET_GPS_GLOBAL_ORIGIN")
 _TIMESYNC = message_type("TIMESYNC")
 _MESSAGE_INTERVAL = message_type("MESSAGE_INTERVAL")
 _GPS_GLOBAL_ORIGIN = message_type("GPS_GLOBAL_ORIGIN")
 
 _BUILDERS: Mapping[int, Builder] = {
-    kind.ID: builder for kind, builder in {**TELEMETRY, **INSTRUMENTS, **STATUS, **PROGRESS}.items()
+    kind.ID: builder for kind, builder in {**TELEMETRY, **INSTRUMENTS, **STATUS, **PROGRESS, **EVENTS}.items()
 }
 _RESULTS = {
     Verdict.ACCEPTED: common.MAV_RESULT_ACCEPTED,
@@ -58,6 +61,8 @@ _RESULTS = {
 _HEARTBEAT_LIMIT_US = 1e6
 """Nobody switches HEARTBEAT off or makes it rarer than PX4 sends it: the vehicle would seem to be gone."""
 _CUSTOM_MODE = 1
+_QUARTER_E7 = 900_000_000
+"""90 degrees as MAVLink has them."""
 _OURS, _ANY = common.MAV_COMP_ID_AUTOPILOT1, common.MAV_COMP_ID_ALL
 
 
@@ -242,6 +247,20 @@ class Px4Link:
     def _on_log_list(self, received: Received, _: Helm) -> list[Message]:
         return no_logs() if self._addresses_us(received.message) else []
 
+    def _on_event_request(self, received: Received, _: Helm) -> list[Message]:
+        return no_event(received) if self._addresses_us(received.message) else []
+
+    def _on_origin(self, received: Received, helm: Helm) -> list[Message]:
+        """Whoever sets the origin, and for whomever, is told where it is now."""
+        message = received.message
+        valid = abs(message.latitude) <= _QUARTER_E7 and abs(message.longitude) <= 2 * _QUARTER_E7
+        if valid and message.target_system == self._codec.system:
+            helm.move_origin(
+                GeoPoint(message.latitude * 1e-7, message.longitude * 1e-7, message.altitude * 1e-3)
+            )
+        told = self._builders[_GPS_GLOBAL_ORIGIN.ID](helm.report())
+        return [] if told is None else [told]
+
     def _on_ping(self, received: Received, _: Helm) -> list[Message]:
         ping = received.message
         if ping.target_system or ping.target_component:
@@ -267,6 +286,9 @@ class Px4Link:
         special = _COMMANDS.get(command.number)
         if special is not None:
             return special(self, command, received, helm)
+        if command.number in _NOTHING_TO_DO:
+            result = _NOTHING_TO_DO[command.number](command)
+            return [answered(command.number, result, received)]
         order_of = ORDERS.get(command.number)
         if order_of is None:
             return [answered(command.number, common.MAV_RESULT_UNSUPPORTED, received)]
@@ -334,6 +356,15 @@ _REQUESTED_BY: Mapping[int, int] = {
     common.MAV_CMD_REQUEST_PROTOCOL_VERSION: message_type("PROTOCOL_VERSION").ID,
     common.MAV_CMD_GET_HOME_POSITION: message_type("HOME_POSITION").ID,
 }
+_NOTHING_TO_DO: Mapping[int, Callable[[Command], int]] = {
+    # No output has that function here, as none has in PX4's SIH; PX4 says yes all the same.
+    common.MAV_CMD_DO_SET_ACTUATOR: lambda _: int(common.MAV_RESULT_ACCEPTED),
+    # PX4's SITL has no way to reboot, and says so; not to reboot it can.
+    common.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: lambda command: int(
+        common.MAV_RESULT_DENIED if whole_number(command.param1) else common.MAV_RESULT_ACCEPTED
+    ),
+}
+"""Commands that PX4 only answers: with this."""
 _CAMERA = common.MAV_COMP_ID_CAMERA
 _CAMERA_COMMANDS = (common.MAV_CMD_IMAGE_START_CAPTURE, common.MAV_CMD_IMAGE_STOP_CAPTURE)
 
@@ -341,9 +372,10 @@ _CAMERA_COMMANDS = (common.MAV_CMD_IMAGE_START_CAPTURE, common.MAV_CMD_IMAGE_STO
 def _switch_mode(base_mode: int, code: tuple[int, int], helm: Helm) -> int:
     """The result of asking for a mode. One that is not known does nothing, and yet PX4 says yes."""
     mode = MODE_OF_CODE.get(code) if base_mode & _CUSTOM_MODE else None
-    if mode is None:
-        return int(common.MAV_RESULT_ACCEPTED)
-    return int(_RESULTS[helm.obey(SwitchMode(mode))])
+    if mode is not None:
+        return int(_RESULTS[helm.obey(SwitchMode(mode))])
+    name = MODES_NOT_FLOWN.get(code) if base_mode & _CUSTOM_MODE else None
+    return int(common.MAV_RESULT_ACCEPTED if name is None else _RESULTS[helm.obey(WishMode(name))])
 
 
 def _byte(value: float) -> int:
@@ -360,8 +392,10 @@ _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message
     _SET_MODE: Px4Link._on_set_mode,
     _PING: Px4Link._on_ping,
     _TIMESYNC: Px4Link._on_timesync,
+    _SET_GPS_GLOBAL_ORIGIN: Px4Link._on_origin,
     FILE_MESSAGE: Px4Link._on_file,
     LOG_REQUEST: Px4Link._on_log_list,
+    REQUEST_EVENT: Px4Link._on_event_request,
     **dict.fromkeys(_PARAMETER_MESSAGES, Px4Link._on_parameter),
     **dict.fromkeys(MISSION_MESSAGES, Px4Link._on_plan),
 }

@@ -12,7 +12,7 @@ from sitl.link.report import Report, whole
 from sitl.link.telemetry import Builder
 from sitl.orders import Landed, Mode, Notice, Severity
 
-__all__ = ["MODE_OF_CODE", "PX4_MODES", "STATUS", "status_texts"]
+__all__ = ["MODES_NOT_FLOWN", "MODE_OF_CODE", "PX4_MODES", "STATUS", "status_texts"]
 
 _HEARTBEAT = message_type("HEARTBEAT")
 _SYS_STATUS = message_type("SYS_STATUS")
@@ -39,6 +39,16 @@ MODE_OF_CODE: Mapping[tuple[int, int], Mode] = {
     code: mode for mode, code in _MODE_CODES.items() if mode is not Mode.ORBIT
 }
 """An orbit is ordered by its command alone."""
+MODES_NOT_FLOWN: Mapping[tuple[int, int], str] = {
+    (1, 0): "Manual",
+    (2, 0): "Altitude",
+    (3, 2): "Position Slow",
+    (4, 8): "Follow Target",
+    (4, 9): "Precision Landing",
+    (5, 0): "Acro",
+    (7, 0): "Stabilized",
+}
+"""PX4's other modes, which want a stick, a target or a marker: none of them is ever there."""
 
 _ARMED, _MANUAL, _STABILIZE, _GUIDED, _AUTO, _CUSTOM = 128, 64, 16, 8, 4, 1
 _BASE_MODES = {

@@ -34,6 +34,7 @@ OFFBOARD_RATES_HZ: Mapping[str, float] = {
     "BATTERY_STATUS": 0.5,
     "HOME_POSITION": 0.5,
     "CURRENT_MODE": 0.5,
+    "CURRENT_EVENT_SEQUENCE": 1.0 / 3.0,
     "VIBRATION": 0.5,
     "ORBIT_EXECUTION_STATUS": 2.0,
 }
@@ -61,6 +62,7 @@ GCS_RATES_HZ: Mapping[str, float] = {
     "SYSTEM_TIME": 1.0,
     "SYS_STATUS": 1.0,
     "CURRENT_MODE": 0.5,
+    "CURRENT_EVENT_SEQUENCE": 1.0 / 3.0,
     "VIBRATION": 0.1,
     "ORBIT_EXECUTION_STATUS": 5.0,
 }

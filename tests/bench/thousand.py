@@ -1,12 +1,15 @@
 """No flake: closed-loop flights of the kiosk, a seed each, every one flown twice and compared bit by bit.
 
 PYTHONPATH=. python tests/bench/thousand.py [--flights 1000] [--processes 2]
+
+It is planned once, by the process that the others are forked from.
 """
 
 from __future__ import annotations
 
 import argparse
 import hashlib
+import multiprocessing
 import statistics
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -56,8 +59,18 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()
     begin_s = time.perf_counter()
-    with ProcessPoolExecutor(options.processes) as pool:
-        pairs = list(pool.map(twice, range(options.flights), chunksize=5))
+    inspection()
+    print(f"planned in {time.perf_counter() - begin_s:.0f} s", flush=True)
+    pairs = []
+    with ProcessPoolExecutor(options.processes, multiprocessing.get_context("fork")) as pool:
+        for pair in pool.map(twice, range(options.flights)):
+            pairs.append(pair)
+            if len(pairs) % max(1, options.flights // 20) == 0:
+                spent_s, bad = (
+                    time.perf_counter() - begin_s,
+                    sum(bool(a.failures) or a != b for a, b in pairs),
+                )
+                print(f"{len(pairs):5d} seeds   {spent_s:6.0f} s   {bad} failed or differ", flush=True)
     wall_s = time.perf_counter() - begin_s
     first = [pair[0] for pair in pairs]
     failed = [result for result in first if result.failures]

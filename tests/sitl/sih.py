@@ -1,7 +1,8 @@
 """PX4's simulation in hardware as it was when its tracking was measured, for the vehicle's own physics.
 
 Source: PX4 v1.17, sih.cpp, SensorGpsSim.cpp, SensorMagSim.cpp (what they add, all of it white: IMU at 250 Hz, a fix
-at 8 Hz that arrives at once, no bias and no error of scale) and EKF2's defaults (by what it judges them at its 100 Hz).
+at 8 Hz that arrives at once, no bias and no error of scale), EKF2's defaults (by what it judges them at its 100 Hz) and
+output_predictor.cpp (the output follows the filter with a quarter of a second; EKF2's horizon lies 0.2 s back, ours 0.12).
 Rates that are not ours are met by equal densities, noises that differ by axis by the root of their mean square.
 """
 
@@ -41,9 +42,10 @@ _EKF2_FIX = Receiver(0.9 * _THIN, 1.78 * _THIN, 0.0, 0.0, 1.0, 0.4 * _THIN, fix_
 
 
 def config(airframe: Airframe) -> dict:
-    """A vehicle's config with SIH's noise, judged as EKF2 does."""
+    """A vehicle's config with SIH's noise, judged and followed as EKF2 does."""
     return {
         "airframe": dataclasses.replace(airframe, senses=NOISE),
         "gps": FIX,
         "supposed": (_EKF2, _EKF2_FIX),
+        "output_observer": True,
     }

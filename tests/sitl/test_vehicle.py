@@ -78,12 +78,14 @@ def test_the_circle_is_tracked_as_px4_was_seen_to_track_it(vehicle, demand, x500
     assert circle_rms(vehicle(airframe, noise=False), demand, kind) == pytest.approx(px4_m, rel=0.3)
 
 
-@pytest.mark.parametrize(("kind", "px4_m"), [(0, 3.03), (1, 0.69)])
+@pytest.mark.parametrize(("kind", "px4_m"), [(0, 3.03), (1, 0.69), (2, 0.59)])
 def test_with_its_simulators_noise_the_circle_is_tracked_as_px4_was_seen_to_track_it(
     vehicle, demand, x500, kind, px4_m
 ):
-    """Within 30 %. With acceleration it is the noise alone, and flights differ: tests/bench/bench_vehicle.py."""
-    assert circle_rms(vehicle(**sih.config(x500)), demand, kind) == pytest.approx(px4_m, rel=0.3)
+    """Within 30 %; with acceleration the mean of eight flights: it is the noise alone, and flights differ."""
+    seeds = range(8) if kind == 2 else (0,)
+    flown = [circle_rms(vehicle(**sih.config(x500), seed=seed), demand, kind) for seed in seeds]
+    assert sum(flown) / len(flown) == pytest.approx(px4_m, rel=0.3)
 
 
 def test_hover_holds_against_wind_and_gusts(flying, demand):

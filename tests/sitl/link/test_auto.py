@@ -82,8 +82,8 @@ def reached(client, pick):
     return list(dict.fromkeys(seqs))
 
 
-def test_without_a_mission_the_mode_is_refused(client, pick):
-    client.until(lambda: client.flight.ready, 10.0)
+def test_without_a_mission_the_mode_is_refused_in_flight(client, pick):
+    client.airborne(5.0)
     client.heartbeat()
     client.command(176, 1, 4, 4)
     heard = client.live(0.1)
@@ -104,8 +104,9 @@ def test_a_mission_that_cannot_be_flown_is_taken_said_and_refused(client, pick):
     texts = [m.text for _, _, m in client.heard if type(m).__name__ == "STATUSTEXT"]
     assert b"".join(texts) == b"Mission rejected: takeoff is not the first waypoint item"
     client.command(176, 1, 4, 4)
+    client.command(400, 1.0, 0.0)
     client.live(0.1)
-    assert client.flight.mode is Mode.HOLD
+    assert (client.flight.mode, client.flight.armed) == (Mode.MISSION, False)
 
 
 def test_a_far_first_waypoint_is_only_warned_of(client, pick):

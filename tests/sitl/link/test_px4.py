@@ -539,3 +539,77 @@ def test_it_has_no_logs_and_says_so(client, pick):
     assert entry.num_logs == 0
     client.say("LOG_REQUEST_LIST", target_system=7, target_component=1, start=0, end=0xFFFF)
     assert not pick(client.live(0.1), "LOG_ENTRY")
+
+
+def test_it_has_no_events_and_says_so(client, pick):
+    heard = client.live(6.5)
+    told = pick(heard, "CURRENT_EVENT_SEQUENCE")
+    assert [(message.sequence, message.flags) for message in told] == [(65525, 1)] * 3
+    client.say("REQUEST_EVENT", first_sequence=3, last_sequence=900, target_system=1, target_component=1)
+    (answer,) = pick(client.live(0.1), "RESPONSE_EVENT_ERROR")
+    assert answer == (3, 65525, 255, 190, 0)
+
+
+def test_a_mode_that_wants_a_stick_or_a_target_is_acknowledged_then_refused_with_a_text(client, pick):
+    client.heartbeat()
+    client.live(0.1)
+    client.command(176, 1, 4, 8)
+    heard = client.live(0.1)
+    assert acks(heard, pick) == [(176, 0), (176, 1)]
+    text = b"".join(bytes(part.text) for part in pick(heard, "STATUSTEXT"))
+    assert text == b"Switching to mode 'Follow Target' is currently not available"
+    assert client.flight.mode is Mode.HOLD
+
+
+def test_a_mission_is_not_started_without_one_and_the_text_says_why(client, pick):
+    client.heartbeat()
+    client.until(lambda: client.flight.ready, 10.0)
+    client.command(300, 0, 0)
+    heard = client.live(0.1)
+    assert acks(heard, pick) == [(300, 2)]
+    assert bytes(pick(heard, "STATUSTEXT")[-1].text) == b"Mission start denied! No valid mission"
+    assert not client.flight.armed
+
+
+@pytest.mark.parametrize(("request_", "result"), [((246, 0), 0), ((246, 1), 2), ((187, 0.5), 0)])
+def test_it_does_not_reboot_but_takes_actuators_that_it_has_not(client, pick, request_, result):
+    client.command(*request_)
+    assert acks(client.live(0.1), pick) == [(request_[0], result)]
+
+
+def test_the_origin_is_moved_on_the_ground_told_at_once_and_the_flight_is_as_before(client, pick):
+    """Home stays where it is on Earth; armed, it is only told."""
+    client.until(lambda: client.flight.ready, 10.0)
+    client.live(1.0)
+    origin, home = client.simulator.report.origin, client.flight.home.point
+    wanted = {
+        "latitude": round(origin.lat_deg * 1e7) + 9000,  # 100 m north
+        "longitude": round(origin.lon_deg * 1e7),
+        "altitude": round(origin.alt_amsl_m * 1e3) + 7000,
+    }
+    client.say("SET_GPS_GLOBAL_ORIGIN", **wanted, target_system=1, time_usec=0)
+    (told,) = pick(client.live(0.02), "GPS_GLOBAL_ORIGIN")
+    assert (told.latitude, told.longitude, told.altitude) == tuple(wanted.values())
+    position = client.simulator.report.estimate.position_ned_m
+    assert (position[0], position[2]) == (pytest.approx(-100.0, abs=1.0), pytest.approx(7.0, abs=0.5))
+    moved = client.flight.home
+    assert moved.point == home and moved.position_ned_m[2] == pytest.approx(7.0, abs=0.5)
+
+    client.airborne(5.0)
+    north_m, east_m, down_m = client.simulator.truth.position_ned_m
+    assert math.hypot(north_m, east_m) < 1.0 and down_m == pytest.approx(-12.0, abs=0.7)
+    client.say("SET_GPS_GLOBAL_ORIGIN", **wanted | {"latitude": 0}, target_system=1, time_usec=0)
+    (told,) = pick(client.live(0.02), "GPS_GLOBAL_ORIGIN")
+    assert told.latitude == wanted["latitude"]
+
+
+def test_disarmed_any_mode_is_taken_and_mission_mode_then_does_not_arm_without_a_mission(client, pick):
+    client.heartbeat()
+    client.until(lambda: client.flight.ready, 10.0)
+    client.command(176, 1, 4, 4)
+    assert acks(client.live(0.1), pick) == [(176, 0), (176, 0)]
+    assert client.flight.mode is Mode.MISSION
+    client.command(400, 1.0, 0.0)
+    heard = client.live(0.1)
+    assert acks(heard, pick) == [(400, 1)]
+    assert bytes(pick(heard, "STATUSTEXT")[-1].text) == b"Arming denied: No valid mission available"
