@@ -259,7 +259,7 @@ class _Witness:
 
     def note(self) -> None:
         """Take the present state."""
-        truth, belief = self.simulator.truth, self.simulator.report.estimate
+        truth, belief = self.simulator.truth, self.simulator.estimate
         place, speed, q = truth.position_ned_m, truth.velocity_ned_mps, truth.q_ned_frd
         self._seen.append(
             (truth.time_us, place, speed, q, belief.position_ned_m, belief.position_variance_m2)

@@ -6,6 +6,7 @@ origin for truth (the place where the vehicle stands at time zero) and to the EK
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,6 +25,7 @@ __all__ = [
     "MagSample",
     "Setpoint",
     "TruthState",
+    "setpoint_to",
     "vector",
 ]
 
@@ -145,6 +147,18 @@ class Setpoint:
     yaw_ned_rad: float
     yaw_rate_ned_radps: float
     attitude: AttitudeSetpoint | None = None
+
+
+def setpoint_to(
+    position_ned_m: Sequence[float],
+    velocity_ned_mps: Sequence[float],
+    acceleration_ned_mps2: Sequence[float],
+    yaw_ned_rad: float,
+    yaw_rate_ned_radps: float,
+) -> Setpoint:
+    """A setpoint of these numbers, three of each: all in one array, which is what costs."""
+    axes = vector((*position_ned_m, *velocity_ned_mps, *acceleration_ned_mps2), 9)
+    return Setpoint(axes[0:3], axes[3:6], axes[6:9], yaw_ned_rad, yaw_rate_ned_radps)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

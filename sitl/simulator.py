@@ -21,7 +21,7 @@ from sitl.link.streams import GCS_RATES_HZ, OFFBOARD_RATES_HZ
 from sitl.orders import FlightStatus, Notice, Order, Verdict
 from sitl.params import Params
 from sitl.plans import MissionRun, Plans
-from sitl.signals import FloatArray, GeoPoint, Setpoint, TruthState
+from sitl.signals import Estimate, FloatArray, GeoPoint, Setpoint, TruthState
 from sitl.vehicle import FRAME_US, Vehicle, VehicleConfig, VehicleState
 
 if TYPE_CHECKING:
@@ -150,6 +150,11 @@ class Simulator:
     def truth(self) -> TruthState:
         """What really is, for whoever judges the flight."""
         return self._craft.vehicle.truth
+
+    @property
+    def estimate(self) -> Estimate:
+        """What the vehicle believes."""
+        return self._craft.vehicle.estimate
 
     @property
     def report(self) -> Report:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -14,6 +14,7 @@ from sitl.estimator.ekf import Ekf
 from sitl.estimator.model import new_nav, report, vibration
 from sitl.faults import Fault
 from sitl.geo import dipole_field
+from sitl.kernels import prepared
 from sitl.loop import BLOCK_FRAMES, BRAIN, NOISE, WORLD, live
 from sitl.params import Params
 from sitl.physics.battery import new_pack
@@ -96,7 +97,7 @@ def _frame_at(time_us: int) -> int:
 
 
 class Vehicle:
-    """A quadrotor that flies itself to setpoints."""
+    """A quadrotor that flies itself to setpoints; `time_us` is simulated time since the start."""
 
     def __init__(self, config: VehicleConfig) -> None:
         self.config = config
@@ -133,17 +134,13 @@ class Vehicle:
         self._pack, self._sensed = world["pack"][0], world["sensed"][0]
         self._nav, self._mind = brain["nav"][0], brain["mind"][0]
         self._on_ground = brain["mind"]["on_ground"]
-        self._frame = 0
+        self._frame = self.time_us = 0
         self._demand: Demand | None = None
         self._received = True
+        self._live: Callable[[np.ndarray, np.ndarray, np.ndarray, bool], int] | None = None
         self._forget_beliefs()
         self._set_faults(config.faults)
         self.params = config.params
-
-    @property
-    def time_us(self) -> int:
-        """Simulated time since the start."""
-        return self._frame * FRAME_US
 
     @property
     def params(self) -> Params:
@@ -162,15 +159,17 @@ class Vehicle:
             set_demand(self._brain["demand"], demand)
             self._demand = demand
         world, brain, noise, ekf = self._world, self._brain, self._noise, self._ekf
+        live_on = self._live = self._live or prepared(live, world, brain, noise, True)
         self._forget_beliefs()
         for frame in range(self._frame, until_us // FRAME_US):
             if frame % BLOCK_FRAMES == 0:
                 self._draw()
             if frame in self._fault_frames:
                 self._apply_faults(frame)
-            has = live(world, brain, noise, self._received)
+            has = live_on(world, brain, noise, self._received)
             ekf.step(frame + 1, has)
             self._frame = frame + 1
+        self.time_us = self._frame * FRAME_US
 
     def _draw(self) -> None:
         """Noise for the next block of frames, each sense (and the gusts) from its own generator."""
@@ -372,5 +371,6 @@ class Vehicle:
         self._forget_beliefs()
         self._ekf.resume()
         self._frame = int(self._nav["frame"])
+        self.time_us = self._frame * FRAME_US
         self._set_faults(state.faults)
         self._apply_faults(self._frame)

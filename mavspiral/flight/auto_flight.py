@@ -85,7 +85,7 @@ class AutoFlight:
         self.captured: list[ImageCaptured] = []
         self.origin: GeoPoint | None = None
         self._now_us = 0
-        self._link = Link(None if tap is None else lambda packet: tap(self._now_us, packet))
+        self._link = Link(tap)
         self._vehicle, self._clock, self._recorder = Vehicle(), VehicleClock(), Recorder()
         self._profile = profile
         self._telemetry = TelemetryRequest(profile)
@@ -104,7 +104,7 @@ class AutoFlight:
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
-        self._now_us = now_us
+        self._now_us = self._link.now_us = now_us
         if not self._begun:
             self._begun = True
             self._entered_us = self._heard_us = now_us

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from operator import itemgetter
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega
@@ -152,6 +153,35 @@ def _mission_item(m: mavlink.MAVLink_message) -> MissionItem:
     return MissionItem(m.seq, m.command, m.frame, params, m.x, m.y, m.z, bool(m.autocontinue), m.mission_type)
 
 
+def _on_wire(described: Any, *names: str) -> Callable[[tuple[Any, ...]], Any]:
+    """Takes these fields out of a message's values, which are in their order on the wire."""
+    return itemgetter(*map(described.ordered_fieldnames.index, names))
+
+
+_FIX = _on_wire(mavlink.MAVLink_gps_raw_int_message, "fix_type", "lat", "lon")
+_LANDED = _on_wire(mavlink.MAVLink_extended_sys_state_message, "landed_state")
+_REMAINING = _on_wire(mavlink.MAVLink_sys_status_message, "battery_remaining")
+_ANSWER = _on_wire(mavlink.MAVLink_command_ack_message, "command", "result")
+
+
+def _gps_fix(values: tuple[Any, ...]) -> GpsFix:
+    fix_type, lat, lon = _FIX(values)
+    return GpsFix(fix_type, lat / 1e7, lon / 1e7)
+
+
+def _extended_sys_state(values: tuple[Any, ...]) -> ExtendedSysState:
+    return ExtendedSysState(_LANDED(values))
+
+
+def _sys_status(values: tuple[Any, ...]) -> SysStatus:
+    remaining_pct = _REMAINING(values)
+    return SysStatus(remaining_pct if remaining_pct >= 0 else None)
+
+
+def _command_ack(values: tuple[Any, ...]) -> CommandAck:
+    return CommandAck(*_ANSWER(values))
+
+
 def _camera_feedback(values: tuple[Any, ...]) -> ImageCaptured:
     """ArduPilot's own word for a picture, in its order on the wire; the common dialect does not know it."""
     time_us, image_index = values[0], values[9]
@@ -163,6 +193,10 @@ _HOT: dict[int | None, tuple[Callable[..., Message], Any, bytes]] = {
     for make, described in (
         (LocalPosition._make, mavlink.MAVLink_local_position_ned_message),
         (Attitude._make, mavlink.MAVLink_attitude_message),
+        (_gps_fix, mavlink.MAVLink_gps_raw_int_message),
+        (_extended_sys_state, mavlink.MAVLink_extended_sys_state_message),
+        (_sys_status, mavlink.MAVLink_sys_status_message),
+        (_command_ack, mavlink.MAVLink_command_ack_message),
         (_camera_feedback, ardupilotmega.MAVLink_camera_feedback_message),
     )
 }

@@ -25,6 +25,7 @@ ROW_N = 19
 """Numbers in a row of `Recorder`: two clocks, leg, pace (2), the reference's and the estimate's position, velocity, yaw."""
 
 _NOTHING = (np.nan,) * 7
+_NOWHERE = (np.nan,) * 6
 
 
 class Event(NamedTuple):
@@ -138,8 +139,8 @@ class Recorder:
         wanted = (
             (*target.position_ned_m, *target.velocity_ned_mps, target.yaw_ned_rad) if target else _NOTHING
         )
-        self._rows.extend((now_us, vehicle_us, leg, *pace, *wanted))
-        self._rows.extend((*vehicle.position_ned_m, *vehicle.velocity_ned_mps, vehicle.yaw_ned_rad))
+        believed = vehicle.local[1:7] if vehicle.local else _NOWHERE
+        self._rows.extend((now_us, vehicle_us, leg, *pace, *wanted, *believed, vehicle.yaw_ned_rad))
 
     def since(self, row: int) -> bytes:
         """The rows from number `row` on, as little-endian doubles on the machines that we know."""

@@ -33,11 +33,12 @@ class Link:
     once and none after a newer one.
 
     Args:
-        tap: is handed every whole frame, in and out, as it passes.
+        tap: is handed every whole frame, in and out, as it passes, with `now_us`, which whoever steps us sets.
         signer: signs all that goes out; what it does not accept has not come in.
     """
 
-    def __init__(self, tap: Callable[[bytes], None] | None = None, signer: Signer | None = None) -> None:
+    def __init__(self, tap: Callable[[int, bytes], None] | None = None, signer: Signer | None = None) -> None:
+        self.now_us = 0
         self.vehicle: tuple[int, int] | None = None
         self.arrivals: Counter[int] = Counter()  # of the vehicle's messages, by MAVLink message id
         self.late_n = 0
@@ -52,7 +53,7 @@ class Link:
         messages: list[Message] = []
         for frame, value in self._decoder.frames(data):
             if self._tap is not None:
-                self._tap(frame)
+                self._tap(self.now_us, frame)
             if self._signer is not None and not self._signer.accepts(frame):
                 continue
             if value is UNCHECKED:
@@ -189,7 +190,7 @@ class Link:
         if self._signer is not None:
             frame = self._signer.sign(_flagged(frame))
         if self._tap is not None:
-            self._tap(frame)
+            self._tap(self.now_us, frame)
         return frame
 
 

@@ -75,7 +75,7 @@ class Session:
         self.state = State.CONNECT
         self.outcome: Outcome | None = None
         config = config or SessionConfig()
-        link = Link(None if tap is None else lambda packet: tap(self._s.now_us, packet), signer)
+        link = Link(tap, signer)
         self._profiles = {profile.autopilot: profile for profile in profiles}
         first = profiles[0]
         self._s = Situation(route, way_home, frame, config, first, link, TelemetryRequest(first))
@@ -106,7 +106,7 @@ class Session:
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
         s = self._s
-        s.now_us = now_us
+        s.now_us = s.link.now_us = now_us
         if not self._begun:
             self._begin()
         self._take_in(s.link.receive(received))
@@ -124,8 +124,10 @@ class Session:
             self._out.append(s.link.heartbeat())
         send = b"".join(self._out)
         self._out.clear()
-        events = tuple(s.events[self._told_n :])
-        self._told_n += len(events)
+        events: tuple[Event, ...] = ()
+        if len(s.events) > self._told_n:
+            events = tuple(s.events[self._told_n :])
+            self._told_n += len(events)
         return Step(send, min(self._streamer.schedule.due_us, self._heartbeats.due_us), events)
 
     def stop(self) -> None:

@@ -45,14 +45,14 @@ class Upload:
         self.differences: tuple[str, ...] = ()
         self._lists, self._firmware = lists, firmware
         self._now_us = 0
-        self._link = Link(None if tap is None else lambda packet: tap(self._now_us, packet), signer)
+        self._link = Link(tap, signer)
         self._upload: PlanUpload | None = None
         self._heartbeats = Schedule(_HEARTBEAT_US)
         self._begun_us: int | None = None
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
-        self._now_us = now_us
+        self._now_us = self._link.now_us = now_us
         if self._begun_us is None:
             self._begun_us = now_us
             self._heartbeats.start(now_us)

@@ -167,10 +167,13 @@ class Copter(Pilot[CopterState]):
         """ArduPilot damps the speed's error where the cascade damps the speed: (1 + D)·a makes up for that."""
         gain = 1.0 + self.parameters["PSC_VELXY_D"]
         north, east, down = setpoint.acceleration_ned_mps2.tolist()
-        return replace(
-            setpoint,
-            acceleration_ned_mps2=vector((north * gain, east * gain, down)),
-            yaw_rate_ned_radps=setpoint.yaw_rate_ned_radps * (1.0 - _YAW_DROOP),
+        return Setpoint(
+            setpoint.position_ned_m,
+            setpoint.velocity_ned_mps,
+            vector((north * gain, east * gain, down)),
+            setpoint.yaw_ned_rad,
+            setpoint.yaw_rate_ned_radps * (1.0 - _YAW_DROOP),
+            setpoint.attitude,
         )
 
     def _begin(self, condition: Condition) -> Guided | Auto | Trip:

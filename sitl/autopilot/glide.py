@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import TypeVar
 
-from sitl.signals import Estimate, Setpoint, vector
+from sitl.signals import Estimate, Setpoint, setpoint_to
 
 __all__ = ["Glide", "GlideLimits", "follow_speed", "start_glide", "step_glide", "stopping_point"]
 
@@ -51,10 +51,11 @@ class Glide:
     def setpoint(self, *, height: bool = True) -> Setpoint:
         """This moment as the cascade takes it; without `height` the vertical axis follows its speed alone."""
         down_m = self.down_m if height else math.nan
-        return Setpoint(
-            vector((self.position_m.real, self.position_m.imag, down_m)),
-            vector((self.velocity_mps.real, self.velocity_mps.imag, self.down_speed_mps)),
-            vector((self.acceleration_mps2.real, self.acceleration_mps2.imag, self.down_acceleration_mps2)),
+        place, speed, push = self.position_m, self.velocity_mps, self.acceleration_mps2
+        return setpoint_to(
+            (place.real, place.imag, down_m),
+            (speed.real, speed.imag, self.down_speed_mps),
+            (push.real, push.imag, self.down_acceleration_mps2),
             self.yaw_ned_rad,
             self.yaw_rate_ned_radps,
         )

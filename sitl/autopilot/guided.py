@@ -115,7 +115,7 @@ class Guided:
         error = math.remainder(yaw_goal - glide.yaw_ned_rad, math.tau)
         rate = shape_yaw(error, yaw_rate_goal, glide.yaw_rate_ned_radps, yaw_limits(parameters), dt_s)
         yaw = math.remainder(glide.yaw_ned_rad + rate * dt_s, math.tau)
-        return replace(self, goal=goal, glide=replace(glide, yaw_ned_rad=yaw, yaw_rate_ned_radps=rate))
+        return Guided(_with_yaw(glide, yaw, rate), goal, self.aim, self.told_us, self.along)
 
 
 def begin_guided(condition: Condition) -> Guided:
@@ -128,13 +128,28 @@ def _moved(goal: Glide, dt: float) -> Glide:
     """The target as it moves on by itself between two messages."""
     v, a = goal.velocity_mps, goal.acceleration_mps2
     down_v, down_a = goal.down_speed_mps, goal.down_acceleration_mps2
-    return replace(
-        goal,
+    return Glide(
         position_m=goal.position_m + (v + 0.5 * a * dt) * dt,
         velocity_mps=v + a * dt,
+        acceleration_mps2=a,
         down_m=goal.down_m + (down_v + 0.5 * down_a * dt) * dt,
         down_speed_mps=down_v + down_a * dt,
+        down_acceleration_mps2=down_a,
         yaw_ned_rad=goal.yaw_ned_rad + goal.yaw_rate_ned_radps * dt,
+        yaw_rate_ned_radps=goal.yaw_rate_ned_radps,
+    )
+
+
+def _with_yaw(glide: Glide, yaw_ned_rad: float, yaw_rate_ned_radps: float) -> Glide:
+    return Glide(
+        glide.position_m,
+        glide.velocity_mps,
+        glide.acceleration_mps2,
+        glide.down_m,
+        glide.down_speed_mps,
+        glide.down_acceleration_mps2,
+        yaw_ned_rad,
+        yaw_rate_ned_radps,
     )
 
 
@@ -170,14 +185,15 @@ def _shaped(
         a = shape_position(level, p, v, a, (most.speed_mps, accel, jerk), dt)
         down_a = shape_position(upright, down, down_v, down_a, (vertical_mps, accel_z, jerk_z), dt)
     v, down_v = v + a * dt, down_v + down_a * dt
-    return replace(
-        glide,
+    return Glide(
         position_m=p + v * dt,
         velocity_mps=v,
         acceleration_mps2=a,
         down_m=down + down_v * dt,
         down_speed_mps=down_v,
         down_acceleration_mps2=down_a,
+        yaw_ned_rad=glide.yaw_ned_rad,
+        yaw_rate_ned_radps=glide.yaw_rate_ned_radps,
     )
 
 

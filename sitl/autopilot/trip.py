@@ -120,7 +120,7 @@ def speeds_of(speeds: Speeds, parameters: Mapping[str, float]) -> GlideLimits:
         down_mps=max(_LEAST_SPEED, _or(speeds.down_mps, 0.01 * parameters["WPNAV_SPEED_DN"])),
         acceleration_mps2=acceleration_of(parameters, "WPNAV_ACCEL"),
         jerk_mps3=max(_LEAST_JERK, parameters["PSC_JERK_XY"]),
-        yaw_rate_radps=yaw_limits(parameters)[2],
+        yaw_rate_radps=_slew_radps(parameters),
     )
 
 
@@ -140,8 +140,12 @@ def yaw_limits(parameters: Mapping[str, float]) -> tuple[float, float, float]:
     return (
         max(_LEAST_TIME_S, parameters["ATC_INPUT_TC"]),
         max(_LEAST_TURN, acceleration),
-        max(_LEAST_TURN, math.radians(0.01 * parameters["ATC_SLEW_YAW"])),
+        _slew_radps(parameters),
     )
+
+
+def _slew_radps(parameters: Mapping[str, float]) -> float:
+    return max(_LEAST_TURN, math.radians(0.01 * parameters["ATC_SLEW_YAW"]))
 
 
 def arrived(stop: Stop, condition: Condition, parameters: Mapping[str, float]) -> bool:

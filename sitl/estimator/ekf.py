@@ -7,6 +7,7 @@ it is zero again.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,7 +43,7 @@ from sitl.estimator.model import (
 )
 from sitl.estimator.observer import follow
 from sitl.geo import GRAVITY_MPS2, geodetic_of_ned, ned_of_geodetic
-from sitl.kernels import FloatArray, Triple
+from sitl.kernels import FloatArray, Triple, prepared
 from sitl.params import Params
 from sitl.rotation import from_euler
 
@@ -112,6 +113,7 @@ class Ekf:
         self._fix, self._baro, self._mag, self._imu = n["fix"], n["baro_alt_m"], n["mag"], n["imu"]
         self._pose, self._q = n["pose"], n["q_ned_frd"]
         self.running = False
+        self._fuse: Callable[..., None] | None = None
 
     def step(self, frame: int, has: int) -> None:
         """One frame at the horizon: predict, then fuse what was measured at its end."""
@@ -122,7 +124,9 @@ class Ekf:
             return
         x, P = self.filter.x, self.filter.P
         if not self.stepwise:
-            fuse_frame(self.nav, self.book, self.sheet, x, P, self._work, frame, has)
+            records = self.nav, self.book, self.sheet
+            fuse = self._fuse = self._fuse or prepared(fuse_frame, *records, x, P, self._work, frame, has)
+            fuse(*records, x, P, self._work, frame, has)
             return
         self.filter.predict()
         if has & HAS_FIX:

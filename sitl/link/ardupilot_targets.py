@@ -11,7 +11,7 @@ import math
 from sitl.geo import ned_of_geodetic
 from sitl.link.messages import Message, message_type
 from sitl.link.report import Report, euler_rad
-from sitl.signals import Setpoint, vector
+from sitl.signals import Setpoint, setpoint_to, vector
 
 __all__ = ["STOP", "global_target", "local_target"]
 
@@ -74,7 +74,7 @@ def _target(message: Message, position: tuple[float, float, float], nose_rad: fl
         return STOP
     yaw = math.nan if mask & _YAW else message.yaw + nose_rad
     yaw_rate = math.nan if mask & _YAW_RATE else message.yaw_rate
-    return Setpoint(vector(position), vector(velocity), vector(acceleration), yaw, yaw_rate)
+    return setpoint_to(position, velocity, acceleration, yaw, yaw_rate)
 
 
 def _limit(group: tuple[float, float, float], position: tuple[float, float, float]) -> float:

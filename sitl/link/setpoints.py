@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from sitl.link.messages import Message
 from sitl.link.report import euler_rad
-from sitl.signals import AttitudeSetpoint, FloatArray, Setpoint, vector
+from sitl.signals import AttitudeSetpoint, FloatArray, Setpoint, setpoint_to, vector
 
 __all__ = ["attitude_setpoint_of", "setpoint_of"]
 
@@ -43,8 +43,7 @@ def setpoint_of(message: Message, attitude: Callable[[], FloatArray]) -> Setpoin
     if is_force or not any(map(math.isfinite, told)):
         return None
     yaw_rad, yaw_rate_radps = _masked((message.yaw, message.yaw_rate), mask >> 10)
-    axes = vector(told, 9)
-    return Setpoint(axes[0:3], axes[3:6], axes[6:9], yaw_rad, yaw_rate_radps)
+    return setpoint_to(told[0:3], told[3:6], told[6:9], yaw_rad, yaw_rate_radps)
 
 
 def attitude_setpoint_of(message: Message) -> Setpoint | None:

@@ -5,17 +5,21 @@ import struct
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
-from mavspiral.flight import messages
+from mavspiral.flight import decoding, messages
 from mavspiral.flight.link import LATE_N, Link
 from mavspiral.flight.messages import (
     Attitude,
     Command,
+    CommandAck,
+    ExtendedSysState,
+    GpsFix,
     Heartbeat,
     LandedState,
     LocalPosition,
     MessageId,
     ParamValue,
     Result,
+    SysStatus,
     SystemStatus,
     Target,
     TypeMask,
@@ -110,6 +114,27 @@ def test_hot_messages_decode_as_pymavlink_does():
         assert len(ours._fields) == len(theirs.fieldnames)
 
 
+def test_frequent_messages_of_which_we_need_a_part_decode_as_pymavlink_does():
+    link = paired()
+    stream = b"".join(
+        message.pack(vehicle(seq))
+        for seq, message in enumerate(
+            (
+                mavlink.MAVLink_gps_raw_int_message(9, 6, 194339000, -991406000, 7, 8, 9, 10, 11, 12),
+                mavlink.MAVLink_extended_sys_state_message(4, 2),
+                mavlink.MAVLink_sys_status_message(1, 2, 3, 4, 5, 6, 77, 8, 9, 10, 11, 12, 13),
+                mavlink.MAVLink_sys_status_message(1, 2, 3, 4, 5, 6, -1, 8, 9, 10, 11, 12, 13),
+                mavlink.MAVLink_command_ack_message(400, 3, 50, 6, 7, 8),
+            )
+        )
+    )
+    heard = link.receive(stream)
+    assert heard[0] == GpsFix(6, 19.4339, -99.1406)
+    assert heard[1:] == [ExtendedSysState(2), SysStatus(77), SysStatus(None), CommandAck(400, 3)]
+    slow = mavlink.MAVLink(None).parse_buffer(stream)
+    assert heard == [decoding._RARE[message.get_type()](message) for message in slow]
+
+
 def test_garbage_is_counted_and_skipped_and_costs_no_frame():
     rng = random.Random(3)
     stream, link = b"", paired()
@@ -149,7 +174,7 @@ def test_of_a_corrupted_stream_all_is_accepted_that_pymavlink_accepts_and_nothin
         m.time_boot_ms for m in slow.parse_buffer(bytes(stream)) if m.get_type() == "LOCAL_POSITION_NED"
     ]
     seen = []
-    paired(seen.append).receive(bytes(stream))
+    paired(lambda _, frame: seen.append(frame)).receive(bytes(stream))
     ours = [f for f in seen if f[7:10] == b"\x20\0\0"]
     assert len(ours) >= len(theirs) > 300
     assert {f[10:][:-2] for f in ours} == {position()[10:-2]}
@@ -180,17 +205,18 @@ def test_a_long_gap_is_not_taken_for_an_overtaken_frame():
 
 def test_messages_beyond_the_dialect_are_passed_over_but_tapped():
     seen = []
-    link = paired(seen.append)
+    link = paired(lambda now_us, frame: seen.append((now_us, frame)))
+    link.now_us = 70
     unknown = bytearray(position(9))
     unknown[7:10] = (410).to_bytes(3, "little")
     assert link.receive(bytes(unknown)) == []
-    assert (seen, link.garbage_n, dict(link.arrivals)) == ([bytes(unknown)], 0, {})
+    assert (seen, link.garbage_n, dict(link.arrivals)) == ([(70, bytes(unknown))], 0, {})
     assert link.receive(position(5)), "an unchecked sequence number counts for nothing"
 
 
 def test_the_tap_sees_whole_frames_of_both_directions():
     frames = []
-    link = paired(frames.append)
+    link = paired(lambda _, frame: frames.append(frame))
     beat = link.heartbeat()
     link.receive(b"junk" + position()[:10])
     link.receive(position()[10:])
