@@ -19,7 +19,7 @@ def test_the_two_command_lines_stand_between_the_markers():
     lines = [line for line in block.splitlines() if line.startswith("pip install")]
     assert lines == [
         "pip install . && mavspiral simulate missions/torre.toml",
-        "pip install '.[test]' && pytest",
+        "pip install '.[test]' && pytest -n 2 --dist loadfile",
     ]
 
 
