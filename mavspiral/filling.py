@@ -1,173 +1,155 @@
-"""A plan's gaps, filled: lines for what is unseen though some safe pose could see it, kept only if they help."""
+"""A plan's gaps, filled: lines and turns for what is unseen though some safe pose could see it, kept only if they help."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.brief import camera_of, demand_of, limits_of, pace_of, room_of, sharpness_of
+from mavspiral.brief import camera_of, limits_of, pace_of, room_of, sharpness_of
 from mavspiral.errors import LimitError
-from mavspiral.mission import Mission
+from mavspiral.inspection import Inspection
 from mavspiral.motion.limits import Limits
-from mavspiral.motion.trajectory import Leg, Trajectory
-from mavspiral.pieces.fill_lines import WORTH_SHARE, Filler
-from mavspiral.proof import failures_of, proof_of
+from mavspiral.pieces.filler import WORTH_SHARE, Filler
+from mavspiral.proof import failures_of, proof_of, survey_of
 from mavspiral.shape.courts import enclosed_ground
-from mavspiral.shape.heightmap import Site
-from mavspiral.survey.certificate import Certificate
-from mavspiral.survey.clearance import Clearance
-from mavspiral.survey.coverage import Coverage, measure_coverage
-from mavspiral.survey.patches import Patches
+from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.seeable import Room, with_best_poses
-from mavspiral.survey.shots import Shots, shots_of
 from mavspiral.tour.order import quickest_order
 from mavspiral.tour.passes import Pass, flown_in_order, tour_of
 from mavspiral.tour.route import route_of
 from mavspiral.tour.transit import MARGIN_M, Ways
 
-__all__ = ["Draft", "filled", "survey_of", "with_seeable"]
+__all__ = ["filled", "flyable", "with_seeable"]
 
 ROUNDS = 2
-"""Lines are looked for, flown and measured so often at the most: a plan with gaps costs so many more proofs and surveys."""
+"""Fills are looked for, flown and measured so often at the most: a plan with gaps costs so many more proofs and surveys."""
 JOINABLE_M = 0.1
-"""A line keeps so much more than the clearance of the transits that join it."""
+"""A fill keeps so much more than the clearance of the transits that join it."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Draft:
-    """A plan so far: what is flown, and its proof."""
-
-    passes: tuple[Pass, ...]
-    tour: tuple[Leg, ...]
-    trajectory: Trajectory
-    clearance: Clearance
-    certificate: Certificate
-    shots: Shots
-    coverage: Coverage
-    told: tuple[str, ...] = ()
-
-
-def survey_of(
-    mission: Mission,
-    site: Site,
-    passes: tuple[Pass, ...],
-    trajectory: Trajectory,
-    patches: Patches,
-    best_pose: NDArray[np.int64] | None = None,
-) -> tuple[Shots, Coverage]:
-    """The shots of a trajectory along these passes, and what they show of the patches, whose best poses may be known."""
-    camera = camera_of(mission)
-    shots = shots_of(
-        trajectory,
-        camera,
-        standoffs_m=[part.standoff_m for part in passes],
-        side_overlap=mission.inspection.side_overlap,
+def with_seeable(inspection: Inspection, ways: Ways) -> Inspection:
+    """The inspection with what any safe pose could see."""
+    mission = inspection.mission
+    coverage = with_best_poses(
+        inspection.coverage,
+        inspection.site,
+        ways.solids,
+        camera_of(mission),
+        room_of(mission, ways.clearance_m),
+        roofs=mission.inspection.roof,
     )
-    return shots, measure_coverage(patches, shots, site, camera, demand_of(mission), best_pose)
+    return replace(inspection, coverage=coverage)
 
 
-def with_seeable(draft: Draft, mission: Mission, site: Site, ways: Ways) -> Draft:
-    """The draft with what any safe pose could see."""
-    room = room_of(mission, ways.clearance_m)
-    roofs = mission.inspection.roof
-    return replace(
-        draft,
-        coverage=with_best_poses(draft.coverage, site, ways.solids, camera_of(mission), room, roofs=roofs),
-    )
-
-
-def filled(draft: Draft, mission: Mission, site: Site, home_enu_m: FloatArray, ways: Ways) -> Draft:
-    """The draft, which knows what is seeable, with a line for each gap that is worth one.
+def filled(plain: Inspection, ways: Ways) -> Inspection:
+    """The inspection, which knows what is seeable, with a pass more for each gap that is worth one.
 
     In the paper's mode, which is there for comparison, nothing is added.
     """
+    mission, inspection, made = plain.mission, plain, 0
+    if mission.inspection.mode == "paper":
+        return plain
+    pace = pace_of(mission, camera_of(mission), limits_of(mission))
+    filler = _filler(plain, ways, pace)
+    for _ in range(ROUNDS):
+        pieces = filler.pieces(inspection.coverage, first=made + 1)
+        made += len(pieces)
+        if not pieces:
+            break
+        joined, told = _joined(inspection, flown_in_order(pieces, filler.sharp_mps), ways, pace)
+        inspection = replace(inspection, warnings=(*inspection.warnings, *told))
+        if joined is None:
+            break
+        before = inspection.coverage
+        shots, coverage = survey_of(
+            mission, plain.site, joined.passes, joined.trajectory, before.patches, before.best_pose
+        )
+        if _seen(coverage) < _seen(before) + WORTH_SHARE:
+            break
+        inspection = replace(joined, shots=shots, coverage=coverage, warnings=inspection.warnings)
+    return inspection
+
+
+def flyable(inspection: Inspection, plain: Inspection) -> Inspection:
+    """The inspection if batteries last for it, else the plain one.
+
+    Raises:
+        LimitError: no battery lasts for that one either.
+    """
+    try:
+        inspection.sorties()
+        return inspection
+    except LimitError as error:
+        plain.sorties()
+        told = f"not flown: the passes for what is unseen, with which no battery lasts: {error}"
+        return replace(plain, warnings=(*plain.warnings, told))
+
+
+def _filler(inspection: Inspection, ways: Ways, pace: Limits) -> Filler:
+    """What fills the gaps of this inspection: within its band, and not inside courtyards unasked."""
+    mission, site = inspection.mission, inspection.site
     camera, asked = camera_of(mission), mission.inspection
-    if asked.mode == "paper":
-        return draft
     safe = room_of(mission, ways.clearance_m)
     wished = Room(
         safe.clearance_m + MARGIN_M + JOINABLE_M,
         safe.lowest_m if asked.bottom_m is None else asked.bottom_m,
         safe.highest_m if asked.top_m is None else asked.top_m,
     )
-    sharp_mps, pace = sharpness_of(mission, camera), pace_of(mission, camera, limits_of(mission))
-    filler = Filler(
+    return Filler(
         site,
         np.zeros_like(site.building) if asked.courtyards else enclosed_ground(site.building),
         ways.solids,
         camera,
         wished,
         pace,
-        sharp_mps,
+        sharpness_of(mission, camera),
         asked.side_overlap,
         mission.vehicle.radius_m,
         asked.roof,
+        inspection.home_enu_m,
     )
-    made = 0
-    for _ in range(ROUNDS):
-        lines = filler.pieces(draft.coverage, first=made + 1)
-        made += len(lines)
-        if not lines:
-            break
-        joined, told = _joined(draft, flown_in_order(lines, sharp_mps), mission, site, home_enu_m, ways, pace)
-        draft = replace(draft, told=(*draft.told, *told))
-        if joined is None:
-            break
-        passes, flight = joined
-        survey = survey_of(
-            mission, site, passes, flight.trajectory, draft.coverage.patches, draft.coverage.best_pose
-        )
-        with_lines = Draft(passes, *flight, *survey, draft.told)
-        if _seen(with_lines) < _seen(draft) + WORTH_SHARE:
-            break
-        draft = with_lines
-    return draft
-
-
-class _Flight(NamedTuple):
-    tour: tuple[Leg, ...]
-    trajectory: Trajectory
-    clearance: Clearance
-    certificate: Certificate
 
 
 def _joined(
-    draft: Draft,
-    lines: tuple[Pass, ...],
-    mission: Mission,
-    site: Site,
-    home_enu_m: FloatArray,
-    ways: Ways,
-    pace: Limits,
-) -> tuple[tuple[tuple[Pass, ...], _Flight] | None, tuple[str, ...]]:
-    """The draft's passes with the lines among them, and in words which are left out: those that no safe way joins, or that fail a limit."""
+    inspection: Inspection, fills: tuple[Pass, ...], ways: Ways, pace: Limits
+) -> tuple[Inspection | None, tuple[str, ...]]:
+    """The inspection with the fills among its passes, its survey aside, and in words which are left out.
 
-    def tried(more: tuple[Pass, ...]) -> tuple[tuple[Pass, ...], _Flight]:
-        passes = _in_order((*draft.passes, *more), home_enu_m, pace)
+    Left out are those that no safe way joins, or that fail a limit.
+    """
+    mission, site, home_enu_m = inspection.mission, inspection.site, inspection.home_enu_m
+
+    def tried(more: tuple[Pass, ...]) -> Inspection:
+        passes = _in_order((*inspection.passes, *more), home_enu_m, pace)
         tour = tour_of(passes, ways)
         trajectory = route_of(site, tour, home_enu_m, ways)
-        flight = _Flight(tour, trajectory, *proof_of(mission, site, trajectory, ways.clearance_m))
-        if not flight.certificate.ok:
-            raise LimitError("; ".join(failures_of(mission, site, trajectory, flight.certificate)))
-        return passes, flight
+        clearance, certificate = proof_of(mission, site, trajectory, ways.clearance_m)
+        if not certificate.ok:
+            raise LimitError("; ".join(failures_of(mission, site, trajectory, certificate)))
+        return replace(
+            inspection,
+            passes=passes,
+            tour=tour,
+            trajectory=trajectory,
+            clearance=clearance,
+            certificate=certificate,
+        )
 
     try:
-        return tried(lines), ()
+        return tried(fills), ()
     except LimitError:  # not all of them: one after the other
         joined, kept, told = None, list[Pass](), list[str]()
-        for line in lines:
+        for fill in fills:
             try:
-                joined = tried((*kept, line))
-                kept.append(line)
+                joined = tried((*kept, fill))
+                kept.append(fill)
             except LimitError as error:
-                place = site.heights.frame.geo_point(line.path(0.0))
+                place = site.heights.frame.geo_point(fill.path(0.0))
                 told.append(
-                    f"not flown: a line for what is unseen at lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, "
-                    f"{line.path(0.0)[2]:.1f} m up: {error}"
+                    f"not flown: a pass for what is unseen, from lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, "
+                    f"{fill.path(0.0)[2]:.1f} m up: {error}"
                 )
         return joined, tuple(told)
 
@@ -184,7 +166,6 @@ def _in_order(passes: tuple[Pass, ...], home_enu_m: FloatArray, pace: Limits) ->
     return tuple(named[i] for i in order)
 
 
-def _seen(draft: Draft) -> float:
+def _seen(coverage: Coverage) -> float:
     """The shares of walls and roofs that are seen, added up."""
-    shares = np.array([draft.coverage.walls, draft.coverage.roof])
-    return float(np.nansum(shares))
+    return float(np.nansum([coverage.walls, coverage.roof]))

@@ -9,11 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from mavspiral.arrays import FloatArray
-from mavspiral.brief import (
-    budget_of,
-    camera_of,
-    limits_of,
-)
+from mavspiral.brief import budget_of, camera_of, limits_of
 from mavspiral.errors import LimitError
 from mavspiral.flight.shutter import ShotOrders
 from mavspiral.mission import Mission
@@ -21,9 +17,7 @@ from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.timing import fastest_law
 from mavspiral.motion.trajectory import Leg, Trajectory
 from mavspiral.shape.heightmap import Site
-from mavspiral.survey.certificate import (
-    Certificate,
-)
+from mavspiral.survey.certificate import Certificate
 from mavspiral.survey.clearance import Clearance
 from mavspiral.survey.coverage import Coverage, measure_coverage
 from mavspiral.survey.shots import Shots, flown_shots

@@ -19,12 +19,12 @@ from mavspiral.brief import (
     sharpness_of,
     with_keepouts,
 )
-from mavspiral.errors import LimitError
-from mavspiral.filling import Draft, filled, survey_of, with_seeable
+from mavspiral.filling import filled, flyable, with_seeable
 from mavspiral.inspection import Inspection
 from mavspiral.mission import Mission
+from mavspiral.motion.limits import Limits
 from mavspiral.pieces.of_site import pieces_of
-from mavspiral.proof import failures_of, proof_of, remedy_of
+from mavspiral.proof import judge_limits, judge_sight, proof_of, survey_of
 from mavspiral.shape.readers import read_site
 from mavspiral.survey.patches import patches_of
 from mavspiral.survey.unseen import unseen_lines
@@ -44,9 +44,9 @@ def plan(mission: Mission) -> Inspection:
     watch = _Watch()
     site_map = read_site(map_request(mission))
     site = with_keepouts(mission, site_map.site)
-    camera, limits = camera_of(mission), limits_of(mission)
     watch.lap("map")
 
+    camera, limits = camera_of(mission), limits_of(mission)
     required_m = budget_of(mission).required_m(mission.limits.clearance_m)
     home = home_enu_m(mission, site, required_m)
     pace = pace_of(mission, camera, limits)
@@ -63,61 +63,44 @@ def plan(mission: Mission) -> Inspection:
 
     clearance, certificate = proof_of(mission, site, trajectory, required_m)
     watch.lap("certificate")
-    if not certificate.ok:
-        raise LimitError(
-            f"{mission.name}: the plan fails its limits: {'; '.join(failures_of(mission, site, trajectory, certificate))}. "
-            f"Fix: {remedy_of(certificate)}"
-        )
+    judge_limits(mission, site, trajectory, certificate)
 
     shots, coverage = survey_of(mission, site, passes, trajectory, patches_of(site))
-    if coverage.walls == 0.0:
-        raise LimitError(
-            f"{mission.name}: no wall is seen within [quality] gsd_max_mm = {mission.quality.gsd_max_mm:g} and incidence_max_deg = "
-            f"{mission.quality.incidence_max_deg:g}: a pixel is {1e3 * camera.gsd_m(mission.inspection.standoff_m):.1f} mm at standoff_m = "
-            f"{mission.inspection.standoff_m:g}. Fix: a smaller standoff_m, a longer lens, or a larger gsd_max_mm"
-        )
-    plain = with_seeable(
-        Draft(passes, tour, trajectory, clearance, certificate, shots, coverage), mission, site, ways
+    judge_sight(mission, coverage)
+    told = (*mission.notices, *site_map.warnings, *found.told)
+    draft = Inspection(
+        mission,
+        site,
+        passes,
+        tour,
+        home,
+        trajectory,
+        clearance,
+        required_m,
+        certificate,
+        shots,
+        coverage,
+        told,
+        watch.laps_ms,
     )
-    draft = filled(plain, mission, site, home, ways)
+    plain = with_seeable(draft, ways)
+    inspection = flyable(filled(plain, ways), plain)
     watch.lap("coverage")
+    return replace(inspection, warnings=(*inspection.warnings, *_unseen(inspection, pace)))
 
-    def inspection_of(draft: Draft) -> Inspection:
-        unseen = unseen_lines(
-            draft.coverage,
-            draft.shots,
-            site,
-            camera,
-            narrow_m=2 * (mission.inspection.standoff_m + pace.speed_mps**2 / pace.acceleration_mps2),
-            room=room_of(mission, required_m),
-            roofs=mission.inspection.roof,
-        )
-        return Inspection(
-            mission,
-            site,
-            draft.passes,
-            draft.tour,
-            home,
-            draft.trajectory,
-            draft.clearance,
-            required_m,
-            draft.certificate,
-            draft.shots,
-            draft.coverage,
-            (*mission.notices, *site_map.warnings, *found.told, *draft.told, *unseen),
-            watch.laps_ms,
-        )
 
-    inspection = inspection_of(draft)
-    try:
-        inspection.sorties()  # refuses what no battery can fly
-    except LimitError as error:
-        if draft.passes == plain.passes:
-            raise
-        told = f"not flown: the lines for what is unseen, with which no battery lasts: {error}"
-        inspection = inspection_of(replace(plain, told=(told,)))
-        inspection.sorties()
-    return inspection
+def _unseen(inspection: Inspection, pace: Limits) -> tuple[str, ...]:
+    """In words what is unseen, and why."""
+    mission = inspection.mission
+    return unseen_lines(
+        inspection.coverage,
+        inspection.shots,
+        inspection.site,
+        camera_of(mission),
+        narrow_m=2 * (mission.inspection.standoff_m + pace.speed_mps**2 / pace.acceleration_mps2),
+        room=room_of(mission, inspection.clearance_required_m),
+        roofs=mission.inspection.roof,
+    )
 
 
 class _Watch:

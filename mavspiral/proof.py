@@ -1,4 +1,4 @@
-"""The proof of a plan: its certificate, and in words where it fails."""
+"""The proof of a plan: its certificate, what it sees, and in words where it fails."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import chain
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.brief import camera_of, limits_of
+from mavspiral.brief import camera_of, demand_of, limits_of
+from mavspiral.errors import LimitError
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Trajectory, during
 from mavspiral.shape.heightmap import Site
@@ -25,10 +27,14 @@ from mavspiral.survey.certificate import (
     motion_figures,
 )
 from mavspiral.survey.clearance import Clearance, measure_clearance, run_on_m
+from mavspiral.survey.coverage import Coverage, measure_coverage
+from mavspiral.survey.patches import Patches
+from mavspiral.survey.shots import Shots, shots_of
 from mavspiral.tour.obstacle import nearest_obstacle
+from mavspiral.tour.passes import Pass
 from mavspiral.tour.transit import REACTION_S
 
-__all__ = ["CLEARANCE_GRID_S", "failures_of", "proof_of", "remedy_of"]
+__all__ = ["CLEARANCE_GRID_S", "failures_of", "judge_limits", "judge_sight", "proof_of", "survey_of"]
 
 GRID_S = 0.01
 """Limits are judged on this grid."""
@@ -107,7 +113,53 @@ def failures_of(
     return tuple(told)
 
 
-def remedy_of(certificate: Certificate) -> str:
+def judge_limits(mission: Mission, site: Site, trajectory: Trajectory, certificate: Certificate) -> None:
+    """Refuses a plan that fails its limits.
+
+    Raises:
+        LimitError: with each limit, the place, and what would do.
+    """
+    if certificate.ok:
+        return
+    failures = "; ".join(failures_of(mission, site, trajectory, certificate))
+    raise LimitError(f"{mission.name}: the plan fails its limits: {failures}. Fix: {_remedy(certificate)}")
+
+
+def judge_sight(mission: Mission, coverage: Coverage) -> None:
+    """Refuses a plan that sees no wall at all.
+
+    Raises:
+        LimitError: with what a pixel is, and what would do.
+    """
+    if coverage.walls == 0.0:
+        quality, standoff_m = mission.quality, mission.inspection.standoff_m
+        raise LimitError(
+            f"{mission.name}: no wall is seen within [quality] gsd_max_mm = {quality.gsd_max_mm:g} and incidence_max_deg = "
+            f"{quality.incidence_max_deg:g}: a pixel is {1e3 * camera_of(mission).gsd_m(standoff_m):.1f} mm at standoff_m = "
+            f"{standoff_m:g}. Fix: a smaller standoff_m, a longer lens, or a larger gsd_max_mm"
+        )
+
+
+def survey_of(
+    mission: Mission,
+    site: Site,
+    passes: tuple[Pass, ...],
+    trajectory: Trajectory,
+    patches: Patches,
+    best_pose: NDArray[np.int64] | None = None,
+) -> tuple[Shots, Coverage]:
+    """The shots of a trajectory along these passes, and what they show of the patches, whose best poses may be known."""
+    camera = camera_of(mission)
+    shots = shots_of(
+        trajectory,
+        camera,
+        standoffs_m=[part.standoff_m for part in passes],
+        side_overlap=mission.inspection.side_overlap,
+    )
+    return shots, measure_coverage(patches, shots, site, camera, demand_of(mission), best_pose)
+
+
+def _remedy(certificate: Certificate) -> str:
     """In words: what to change for a plan that fails; where something is too near, which clearance would do."""
     near = certificate["clearance"]
     elsewhere = "another standoff_m, or another band (bottom_m, top_m) away from it"

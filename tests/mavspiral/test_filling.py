@@ -1,15 +1,18 @@
 """Gaps of a plan: lines show what some safe pose could see and the passes do not, and only if that helps."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mavspiral import filling, load_mission, plan
+from mavspiral.curve.line import LinePath
 from mavspiral.errors import LimitError
-from mavspiral.filling import Draft, filled
+from mavspiral.filling import filled
 from mavspiral.inspection import Inspection
-from mavspiral.pieces.fill_lines import Filler
+from mavspiral.mission import Keepout
+from mavspiral.pieces.filler import Filler
 from mavspiral.shape.courts import enclosed_ground
 from mavspiral.survey.coverage import SEEABLE
 from mavspiral.survey.shots import Shots
@@ -17,7 +20,6 @@ from mavspiral.survey.solids import Solids
 from mavspiral.tour.route import ways_of
 
 MISSIONS = Path(__file__).parents[2] / "missions"
-DRAFT = ("passes", "tour", "trajectory", "clearance", "certificate", "shots", "coverage")
 
 
 def varied(name, **tables):
@@ -40,12 +42,11 @@ def terrace():
 
 
 def filled_anew(inspection, **asked):
-    """The inspection's draft, filled as if its mission asked for something else."""
+    """The inspection filled as if its mission asked for something else."""
     mission = inspection.mission
     mission = mission.model_copy(update={"inspection": mission.inspection.model_copy(update=asked)})
     ways = ways_of(mission, inspection.site, inspection.clearance_required_m)
-    draft = Draft(*(getattr(inspection, name) for name in DRAFT))
-    return filled(draft, mission, inspection.site, inspection.home_enu_m, ways)
+    return filled(replace(inspection, mission=mission, warnings=()), ways)
 
 
 def taken(shots, rows):
@@ -98,6 +99,38 @@ def test_the_foot_below_the_lowest_safe_height_is_seen_with_the_camera_tilted():
     assert min(float(part.leg.gimbal_pitch(0.0)) for part in fills(tilted.passes)) < -0.1
 
 
+def test_a_band_that_is_unseen_all_round_gets_one_turn_with_the_camera_tilted():
+    """At 13 m up and 14 m off the level camera sees the round silo down to 6 m; what can be seen ends at 4 m."""
+    mission = varied("silo", limits={"clearance_m": 13.0})
+    level, tilted = unfilled(mission), plan(mission)
+    (turn,) = fills(tilted.passes)
+    assert level.coverage.summary()["walls_of_seeable"] < 0.985
+    assert tilted.coverage.summary()["walls_of_seeable"] > 0.999
+    # Once round, level, at one tilt, looking at the silo's axis, and as far off as is asked.
+    u = np.linspace(0.0, turn.path.u_end_rad, 100)
+    place, yaw = turn.path(u), turn.leg.gaze(u)
+    assert np.ptp(place[:, 2]) == 0.0 and np.ptp(turn.leg.gimbal_pitch(u)) == 0.0
+    assert float(turn.leg.gimbal_pitch(0.0)) < -0.1
+    assert yaw[-1] - yaw[0] == pytest.approx(2.0 * np.pi, abs=1e-3)
+    middle = place[:-1].mean(axis=0)[:2]
+    toward = np.arctan2(*(middle - place[:, :2]).T[::-1])
+    assert np.abs(np.angle(np.exp(1j * (yaw - toward)))).max() < 0.02
+    assert tilted.certificate.ok and tilted.clearance.distance_m.min() >= 13.0
+
+
+def test_no_turn_is_flown_where_something_stands_in_its_way():
+    """A mast two metres from where the turn would pass: what lines show is left, and nothing comes near it."""
+    mission = varied("silo", limits={"clearance_m": 13.0})
+    free = plan(mission)
+    (turn,) = fills(free.passes)
+    place = free.site.heights.frame.geo_point(turn.path(1.0))
+    mast = Keepout(circle=(place.lat_deg, place.lon_deg, 1.0), height_m=(0.0, 25.0))
+    inspection = plan(mission.model_copy(update={"keepout": (mast,)}))
+    assert inspection.certificate.ok
+    lines = fills(inspection.passes)
+    assert lines and all(isinstance(part.path, LinePath) for part in lines)
+
+
 def test_a_camera_without_a_gimbal_stays_level():
     inspection = plan(varied("terrace", camera={"gimbal": False}))
     assert (inspection.shots.pitch_rad == 0.0).all()
@@ -138,8 +171,8 @@ def test_lines_that_do_not_help_are_not_flown(why, terrace, monkeypatch):
         )
     draft = filled_anew(terrace)
     assert not fills(draft.passes)
-    assert len(draft.told) == (0 if why == "no help" else 1)
-    assert all("not flown: a line for what is unseen at lat" in line for line in draft.told)
+    assert len(draft.warnings) == (0 if why == "no help" else 1)
+    assert all("not flown: a pass for what is unseen, from lat" in line for line in draft.warnings)
 
 
 def test_one_bad_line_does_not_take_the_good_ones_along(monkeypatch):
@@ -157,7 +190,7 @@ def test_one_bad_line_does_not_take_the_good_ones_along(monkeypatch):
         part.name for part in fills(whole.passes) if part.name != "fill 2"
     }
     assert len(fills(whole.passes)) >= 2
-    assert any("not flown: a line" in line and "no way between this" in line for line in without.warnings)
+    assert any("not flown: a pass" in line and "no way between this" in line for line in without.warnings)
     names = [part.name for part in without.passes]
     assert len(set(names)) == len(names)
 
