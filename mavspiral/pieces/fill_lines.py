@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.curve.line import LinePath
 from mavspiral.motion.turn import TurnGaze
-from mavspiral.pieces.gap import Fill, Gap, Pose
+from mavspiral.pieces.gap import Fill, Gap, Pose, worth_flying
 from mavspiral.survey.solids import Solids
 
 __all__ = ["lines_through"]
 
 AWAY_N = 40
 """A line goes so many shots to either side at the most."""
-GAP_N = 2
-"""It goes on over so many shots that show nothing."""
 SHORTEST_M = 1.0
 
 
@@ -33,7 +30,7 @@ def lines_through(
         places, here = _safe_along(solids, clearance_m, pose.place_enu_m, spacing_m * along)
         n = len(places)
         shows = gap.shows(places, np.full(n, yaw), np.full(n, pitch))
-        first, last = _showing(shows, here)
+        first, last = worth_flying(shows, here)
         start, end = places[first], places[last]
         if first == last:
             sides = np.array([along, -along]) * SHORTEST_M
@@ -56,16 +53,3 @@ def _safe_along(
     before = int(np.argmin(np.append(safe[:AWAY_N][::-1], False)))
     after = int(np.argmin(np.append(safe[AWAY_N:], False)))
     return places[AWAY_N - before : AWAY_N + after + 1], before
-
-
-def _showing(shows: NDArray[np.bool_], here: int) -> tuple[int, int]:
-    """From which to which shot of a line it is worth flying: out from `here` to the last that shows what none before did."""
-    had, ends = shows[here].copy(), [here, here]
-    for side, way in ((0, -1), (1, 1)):
-        k = here + way
-        while 0 <= k < len(shows) and abs(k - ends[side]) <= GAP_N + 1:
-            if (shows[k] & ~had).any():
-                had |= shows[k]
-                ends[side] = k
-            k += way
-    return ends[0], ends[1]

@@ -1,7 +1,7 @@
 """Lines and turns that show what the other passes leave unseen, the camera turned and tilted as it is best seen.
 
 Patches that are unseen, though some safe pose could see them, are asked for such poses. A pose is drawn out to a level line
-beside the wall as far as it stays safe and shows more of them, and to a level turn round the building. What shows most for
+beside the wall, and along a level turn round the building, as far as it stays safe and shows more of them. What shows most for
 its time is taken, and so on, while one is worth its flight.
 """
 
@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.curve.line import LinePath
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.turn import TurnGaze
 from mavspiral.pieces.fill_lines import lines_through
@@ -40,7 +39,7 @@ LEFT_MAX = 1200
 SEEDS_MAX = 40
 POSES_MAX = 300
 DRAWN_OUT = 8
-"""So many of the poses, those that show most, are drawn out to lines and turns."""
+"""So many of the poses are drawn out to lines and turns."""
 DETOUR_S = 15.0
 """What a fill costs beside its own length: the way to it, and from rest to rest."""
 
@@ -113,7 +112,7 @@ class Filler:
         return best
 
     def _drawn_out(self, gap: Gap, around: Round) -> Iterator[Fill]:
-        """The lines and turns through the poses that show most."""
+        """The lines and turns through poses that show most between them."""
         coverage, left = gap.coverage, gap.left
         seeds = left[np.unique(np.linspace(0, len(left) - 1, SEEDS_MAX).astype(np.int64))]
         poses = _some(
@@ -123,7 +122,7 @@ class Filler:
             POSES_MAX,
         )
         shows = gap.shows(poses.place_enu_m, poses.yaw_enu_rad, poses.pitch_rad)
-        for number in np.argsort(-(shows @ gap.worth), kind="stable")[:DRAWN_OUT].tolist():
+        for number in _apart(shows, gap.worth):
             pose = _pose(gap, poses, number)
             spacing_m = self.camera.shot_spacing_m(pose.range_m, self.side_overlap)
             yield from lines_through(
@@ -133,10 +132,9 @@ class Filler:
                 yield turn
 
     def _pace(self, fill: Fill) -> Limits:
-        pace = self.pace
-        if isinstance(fill.path, LinePath):
-            ends = fill.path.start_enu_m, fill.path.end_enu_m
-            pace = stopping_pace(self.solids, *ends, pace, self.radius_m)
+        end_enu_m = fill.path(fill.path.u_end_rad)
+        begin_enu_m = end_enu_m - fill.path(fill.path.u_end_rad, 1)
+        pace = stopping_pace(self.solids, begin_enu_m, end_enu_m, self.pace, self.radius_m)
         return replace(pace, speed_mps=min(pace.speed_mps, self.sharp_mps(fill.pose.range_m)))
 
     def _piece(self, name: str, fill: Fill) -> Piece:
@@ -153,6 +151,17 @@ def _pose(gap: Gap, poses: Glimpses, number: int) -> Pose:
     centre, place = patches.centre_enu_m[seed], poses.place_enu_m[number]
     yaw, pitch = float(poses.yaw_enu_rad[number]), float(poses.pitch_rad[number])
     return Pose(place, yaw, pitch, centre, patches.normal_enu[seed])
+
+
+def _apart(shows: NDArray[np.bool_], worth: FloatArray) -> list[int]:
+    """`DRAWN_OUT` of the poses: the one that shows most, then the one that shows most of what that does not, and so on."""
+    chosen: list[int] = []
+    worth = worth.copy()
+    while len(chosen) < min(DRAWN_OUT, len(shows)):
+        gain = shows @ worth
+        chosen.append(int(np.argmax(gain)))
+        worth[shows[chosen[-1]]] = 0.0
+    return chosen
 
 
 def _some(poses: Glimpses, count: int) -> Glimpses:

@@ -16,7 +16,10 @@ from mavspiral.survey.camera import Camera
 from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.glimpses import gsd_m, shown
 
-__all__ = ["Fill", "Gap", "Pose"]
+__all__ = ["Fill", "Gap", "Pose", "worth_flying"]
+
+GAP_N = 2
+"""A fill goes on over so many shots that show nothing new."""
 
 
 class Pose(NamedTuple):
@@ -80,3 +83,16 @@ class Gap:
     def without(self, shown_patches: NDArray[np.bool_]) -> Gap:
         """What is left of it once these are shown."""
         return replace(self, left=self.left[~shown_patches], worth=self.worth[~shown_patches])
+
+
+def worth_flying(shows: NDArray[np.bool_], here: int) -> tuple[int, int]:
+    """From which to which of the shots `(n, left)` on a way: out from `here` to the last that shows what none before did."""
+    had, ends = shows[here].copy(), [here, here]
+    for side, way in ((0, -1), (1, 1)):
+        k = here + way
+        while 0 <= k < len(shows) and abs(k - ends[side]) <= GAP_N + 1:
+            if (shows[k] & ~had).any():
+                had |= shows[k]
+                ends[side] = k
+            k += way
+    return ends[0], ends[1]

@@ -14,14 +14,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray, locked
-from mavspiral.curve import Differentiable, Path
+from mavspiral.curve.stretch import Stretch
 from mavspiral.errors import LimitError
 from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.trajectory import Leg, Trajectory, belongs
-from mavspiral.motion.turn import Gaze
 
 __all__ = [
     "OVERLAP_SHOTS_N",
@@ -210,37 +209,15 @@ def _filled(
         first = int(within[-1]) - OVERLAP_SHOTS_N
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _PathPiece(Differentiable):
-    """`path` from the phase `u_begin_rad` on, for `u_end_rad`."""
-
-    path: Path
-    u_begin_rad: float
-    u_end_rad: float
-
-    def jet(self, u_rad: ArrayLike) -> FloatArray:
-        return self.path.jet(np.asarray(u_rad, dtype=np.float64) + self.u_begin_rad)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _GazePiece(Differentiable):
-    """`gaze` from the phase `u_begin_rad` on."""
-
-    gaze: Gaze
-    u_begin_rad: float
-
-    def jet(self, u_rad: ArrayLike) -> FloatArray:
-        return self.gaze.jet(np.asarray(u_rad, dtype=np.float64) + self.u_begin_rad)
-
-
 def _piece(leg: Leg, first_s: float, last_s: float, start_s: float, retime: Retime) -> tuple[Leg, FloatArray]:
     """The leg between two of its own times, and when the plan comes to each knot of its law."""
     if last_s - first_s >= leg.law.duration_s:
         return leg, start_s + _knots_s(leg.law)
     u_begin_rad, u_end_rad = leg.law([first_s, last_s])
-    path = _PathPiece(leg.path, float(u_begin_rad), float(u_end_rad - u_begin_rad))
-    gaze = _GazePiece(leg.gaze, float(u_begin_rad))
-    pitch = _GazePiece(leg.gimbal_pitch, float(u_begin_rad))
+    path, gaze, pitch = (
+        Stretch(whole, float(u_begin_rad), float(u_end_rad - u_begin_rad))
+        for whole in (leg.path, leg.gaze, leg.gimbal_pitch)
+    )
     cut = replace(leg, path=path, gaze=gaze, gimbal_pitch=pitch)
     law = retime(cut)
     planned_s = np.interp(u_begin_rad + law.phase_rad, leg.law.phase_rad, _knots_s(leg.law))

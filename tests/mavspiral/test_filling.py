@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mavspiral import filling, load_mission, plan
-from mavspiral.curve.line import LinePath
+from mavspiral.curve.stretch import Stretch
 from mavspiral.errors import LimitError
 from mavspiral.filling import filled
 from mavspiral.inspection import Inspection
@@ -118,17 +118,18 @@ def test_a_band_that_is_unseen_all_round_gets_one_turn_with_the_camera_tilted():
     assert tilted.certificate.ok and tilted.clearance.distance_m.min() >= 13.0
 
 
-def test_no_turn_is_flown_where_something_stands_in_its_way():
-    """A mast two metres from where the turn would pass: what lines show is left, and nothing comes near it."""
+def test_where_something_stands_in_the_turn_s_way_an_arc_of_it_is_flown():
+    """A mast where the turn would pass: the rest of the band is seen from the rest of the turn."""
     mission = varied("silo", limits={"clearance_m": 13.0})
     free = plan(mission)
     (turn,) = fills(free.passes)
     place = free.site.heights.frame.geo_point(turn.path(1.0))
     mast = Keepout(circle=(place.lat_deg, place.lon_deg, 1.0), height_m=(0.0, 25.0))
     inspection = plan(mission.model_copy(update={"keepout": (mast,)}))
-    assert inspection.certificate.ok
-    lines = fills(inspection.passes)
-    assert lines and all(isinstance(part.path, LinePath) for part in lines)
+    (arc,) = fills(inspection.passes)
+    assert isinstance(arc.path, Stretch) and 0.6 * turn.length_m < arc.length_m < turn.length_m
+    assert inspection.coverage.summary()["walls_of_seeable"] > 0.99
+    assert inspection.certificate.ok and inspection.clearance.distance_m.min() >= 13.0
 
 
 def test_a_camera_without_a_gimbal_stays_level():
