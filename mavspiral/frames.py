@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from mavspiral.arrays import FloatArray
 
 __all__ = [
+    "COMPASS",
     "GeoPoint",
     "LocalFrame",
     "RigidMap",
@@ -30,6 +31,9 @@ __all__ = [
     "yaw_enu_to_ned",
     "yaw_ned_to_enu",
 ]
+
+COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
+"""In words the eight directions π/4 apart, counter-clockwise from east as `yaw_enu_rad` is."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.curve import Differentiable
-from mavspiral.curve.fourier import ComplexArray, harmonics_needed, in_phase, locked_spectra, spectra_of
+from mavspiral.curve.fourier import ComplexArray, harmonics_needed, in_phase, spectra_of
 from mavspiral.curve.insets import KEYS_PER_TURN, Insets
-from mavspiral.curve.mixing import BASIS, DEGREE, mixed_series
+from mavspiral.curve.keyed import KeyedPath, plan_jet
+from mavspiral.curve.mixing import DEGREE
 from mavspiral.curve.profile import Profile
 from mavspiral.shape.roofs import RoofGrid
 
@@ -60,38 +60,15 @@ class Standoff:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RoofPath(Differentiable):
-    """The spiral above a roof: `path(u_rad, order)`.
+class RoofPath(KeyedPath):
+    """The spiral above a roof: `path(u_rad, order)`."""
 
-    `coefficients_m` (U, N+1, 2) are its different rings; `of_key` (K,) says which one each key has, where
-    `of_key[DEGREE]` is the key at u = 0.
-    """
-
-    coefficients_m: ComplexArray
-    of_key: NDArray[np.int64]
-    key_rad: float
     height_m: Profile
     u_end_rad: float
 
-    def __post_init__(self) -> None:
-        """Copies, checks and locks the arrays."""
-        of_key = np.array(self.of_key, dtype=np.int64)
-        of_key.setflags(write=False)
-        object.__setattr__(self, "of_key", of_key)
-        object.__setattr__(self, "coefficients_m", locked_spectra(self.coefficients_m, ndim=3))
-
-    @property
-    def harmonics(self) -> int:
-        """The paper's N."""
-        return int(self.coefficients_m.shape[1]) - 1
-
-    def jet(self, u_rad: ArrayLike) -> FloatArray:
-        """The ENU position and its three derivatives, `(4, …, 3)`."""
-        u = np.asarray(u_rad, dtype=np.float64)
-        flat = u.ravel()
-        jet = _plan_jet(self.coefficients_m, self.of_key, self.key_rad, flat)
-        jet[:, :, 2] = self.height_m.jerked(flat)
-        return jet.reshape(4, *u.shape, 3)
+    def put_height(self, u_rad: FloatArray, jet: FloatArray) -> None:
+        """Writes the height's spline at `u_rad` (M,) into `jet` (4, M)."""
+        jet[...] = self.height_m.jerked(u_rad)
 
 
 def roof_spiral(
@@ -123,7 +100,7 @@ def roof_spiral(
     turns = level_turns + insets.turns
     knots = math.ceil(max(length_m / KNOT_M, 16.0)) * turns
     u = np.linspace(0.0, u_end_rad, max(math.ceil(length_m / SAMPLE_M) * turns, 3 * knots) + 1)
-    jet = _plan_jet(coefficients, of_key, key_rad, u)
+    jet = plan_jet(coefficients, of_key, key_rad, u)
     lengths_m = np.array([ring.length_m for ring in insets.rings])[of_key]
     middles = (np.arange(spans + DEGREE) - 0.5 * (DEGREE - 1)) * key_rad
     pace_m = np.hypot(jet[1, :, 0], jet[1, :, 1])
@@ -133,15 +110,6 @@ def roof_spiral(
     needed = _gentle(plan, standoff.heights_m(grid, plan))
     height = Profile.above(u, needed, u_end_rad / knots, knots)
     return RoofPath(coefficients, of_key, key_rad, height, u_end_rad)
-
-
-def _plan_jet(
-    coefficients_m: ComplexArray, of_key: NDArray[np.int64], key_rad: float, u_rad: FloatArray
-) -> FloatArray:
-    c = coefficients_m.swapaxes(1, 2)
-    rows = np.stack([c[:, 0].real, c[:, 0].imag, c[:, 1].real, c[:, 1].imag], axis=1)
-    jet: FloatArray = mixed_series(np.ascontiguousarray(u_rad), rows, of_key, key_rad, BASIS)
-    return jet
 
 
 def _begun_at(points: FloatArray, start_enu_m: FloatArray, *, tip: bool) -> ComplexArray:

@@ -12,13 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.curve import Differentiable
 from mavspiral.curve.climb import Climb
-from mavspiral.curve.fourier import ComplexArray, FourierCurve, harmonics_needed, locked_spectra
-from mavspiral.curve.mixing import BASIS, DEGREE, mixed_series
+from mavspiral.curve.fourier import harmonics_needed
+from mavspiral.curve.keyed import KeyedPath
+from mavspiral.curve.mixing import DEGREE
 from mavspiral.curve.outlines import key_outlines
 from mavspiral.errors import InputError, LimitError
 from mavspiral.shape.parts import Part
@@ -49,54 +48,25 @@ ATTEMPTS = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SpiralPath(Differentiable):
-    """The spiral: `path(u_rad, order)`. Beyond its ends it goes on as level turns.
+class SpiralPath(KeyedPath):
+    """The spiral: `path(u_rad, order)`. Beyond its ends it goes on as level turns."""
 
-    `coefficients_m` (U, N+1, 2) are its different outlines; `of_key` (K,) says which one each key has, where
-    `of_key[DEGREE]` is the key at u = 0.
-    """
-
-    coefficients_m: ComplexArray
-    of_key: NDArray[np.int64]
-    key_rad: float
     climb: Climb
     u_end_rad: float
-
-    def __post_init__(self) -> None:
-        """Copies, checks and locks the arrays."""
-        of_key = np.array(self.of_key, dtype=np.int64)
-        of_key.setflags(write=False)
-        object.__setattr__(self, "of_key", of_key)
-        object.__setattr__(self, "coefficients_m", locked_spectra(self.coefficients_m, ndim=3))
 
     @property
     def rings(self) -> int:
         """The paper's n: turns that climb. Level turns are extra."""
         return self.climb.turns
 
-    @property
-    def harmonics(self) -> int:
-        """The paper's N."""
-        return int(self.coefficients_m.shape[1]) - 1
-
     def begun(self, phase_rad: float) -> SpiralPath:
         """The same outlines at the same heights, begun `phase_rad` further along them."""
         turned = np.exp(1j * phase_rad * np.arange(self.harmonics + 1))
         return replace(self, coefficients_m=self.coefficients_m * turned[:, None])
 
-    def outline(self, key: int) -> FourierCurve:
-        """The plan curve of one key."""
-        return FourierCurve(self.coefficients_m[self.of_key[key]])
-
-    def jet(self, u_rad: ArrayLike) -> FloatArray:
-        """The ENU position and its three derivatives, `(4, …, 3)`."""
-        u = np.asarray(u_rad, dtype=np.float64)
-        c = self.coefficients_m.swapaxes(1, 2)
-        spectra = np.stack([c[:, 0].real, c[:, 0].imag, c[:, 1].real, c[:, 1].imag], axis=1)
-        flat = u.ravel()
-        jet: FloatArray = mixed_series(flat, spectra, self.of_key, self.key_rad, BASIS)
-        self.climb.put(flat, jet[:, :, 2])
-        return jet.reshape(4, *u.shape, 3)
+    def put_height(self, u_rad: FloatArray, jet: FloatArray) -> None:
+        """Writes the climb at `u_rad` (M,) into `jet` (4, M)."""
+        self.climb.put(u_rad, jet)
 
 
 class TooNearError(LimitError):

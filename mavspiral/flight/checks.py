@@ -27,19 +27,12 @@ def check_before_arming(
     sets_failsafes: bool,
 ) -> list[Finding]:
     """What stands against the flight ("error") and what the pilot should know ("warning")."""
-    return [
-        *_state(vehicle, battery_min_pct),
-        *_speeds(vehicle, profile, extremes),
-        *(
-            ()
-            if sets_failsafes
-            else (
-                *_loss(vehicle, profile),
-                *_return(vehicle, profile, safe_return_m),
-                *_pitfalls(vehicle, profile),
-            )
-        ),
-    ]
+    findings = [*_state(vehicle, battery_min_pct), *_speeds(vehicle, profile, extremes)]
+    if not sets_failsafes:
+        findings += _loss(vehicle, profile)
+        findings += _return(vehicle, profile, safe_return_m)
+        findings += _pitfalls(vehicle, profile)
+    return findings
 
 
 def _state(vehicle: Vehicle, battery_min_pct: float) -> list[Finding]:

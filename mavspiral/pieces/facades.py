@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.curve.meander import Row, meander
+from mavspiral.frames import COMPASS
 from mavspiral.pieces.candidate import Candidate, Setting
 from mavspiral.shape.parts import Part
 from mavspiral.shape.reach import Reach, arcs_of, reach_at
@@ -19,7 +20,6 @@ __all__ = ["Facades", "facades_of", "hemmed_in"]
 
 ROUNDED_M = 0.3
 """What rounding the corners of rows may take of the clearance."""
-POINTS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
 SPEED_STEPS = 16
 SAME_PLACE_M = 2.0
 SAME_ROW_M = 0.5
@@ -225,7 +225,7 @@ def _told(setting: Setting, reaches: list[Reach]) -> tuple[str, ...]:
             continue
         middle = points[len(points) // 2]
         outward = lowest.yaw_enu_rad[run][len(run) // 2] + np.pi
-        side = POINTS[int(np.round(outward / (np.pi / 4.0))) % 8]
+        side = COMPASS[int(np.round(outward / (np.pi / 4.0))) % 8]
         top_m = max(r.points_enu_m[0, 2] for r in reaches if not _reached(r, middle))
         place = setting.site.heights.frame.geo_point(middle)
         lines.append(

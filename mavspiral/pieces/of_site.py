@@ -15,6 +15,7 @@ from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
 from mavspiral.pieces.candidate import Setting
 from mavspiral.pieces.courtyards import courtyards_of
+from mavspiral.pieces.roof_ways import RoofLook
 from mavspiral.pieces.roofs import roof_pieces
 from mavspiral.pieces.spirals import spirals_of
 from mavspiral.shape.heightmap import Site
@@ -93,17 +94,15 @@ def _roofs(setting: Setting, home_enu_m: FloatArray) -> tuple[Piece, ...]:
     asked = setting.mission.inspection
     if not (asked.roof and setting.camera.gimbal):
         return ()
-    return roof_pieces(
-        setting.site,
+    look = RoofLook.of(
         setting.camera,
         demand_of(setting.mission),
         standoff_m=asked.standoff_m,
         overlap=asked.overlap,
         side_overlap=asked.side_overlap,
         required_m=setting.required_m + MARGIN_M,
-        pace=setting.pace,
-        start_enu_m=home_enu_m,
     )
+    return roof_pieces(setting.site, look, setting.pace, start_enu_m=home_enu_m)
 
 
 def _names(words: list[str]) -> list[str]:

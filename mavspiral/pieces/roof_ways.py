@@ -65,12 +65,16 @@ class RoofLook:
         cls,
         camera: Camera,
         demand: Demand,
+        *,
         standoff_m: float,
         overlap: float,
         side_overlap: float,
         required_m: float,
     ) -> RoofLook:
-        """A pixel is g·R/cos at the range R, with g that of a metre straight ahead: R²/depth ≤ `reach_m` is fine enough."""
+        """What a camera on a gimbal needs for a demand, `overlap` between turns, `side_overlap` between shots.
+
+        A pixel is g·R/cos at the range R, with g that of a metre straight ahead: R²/depth ≤ `reach_m` is fine enough.
+        """
         reach_m = SHARP * demand.gsd_max_m / camera.gsd_m(1.0)
         aside_m = 0.5 * camera.shot_spacing_m(standoff_m, side_overlap)
         sharp_m = math.sqrt(max(0.0, reach_m * standoff_m - standoff_m**2 - aside_m**2))

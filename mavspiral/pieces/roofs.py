@@ -16,8 +16,6 @@ from mavspiral.motion.limits import Limits
 from mavspiral.pieces.roof_ways import RoofLook, best_way
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.roofs import Roof, RoofGrid, roof_grid, roofs_of
-from mavspiral.survey.camera import Camera
-from mavspiral.survey.coverage import Demand
 from mavspiral.tour.passes import Piece
 
 __all__ = ["roof_pieces"]
@@ -31,39 +29,17 @@ SPIRALS_MAX = 6
 """Above one roof."""
 
 
-def roof_pieces(
-    site: Site,
-    camera: Camera,
-    demand: Demand,
-    *,
-    standoff_m: float,
-    overlap: float,
-    side_overlap: float,
-    required_m: float,
-    pace: Limits,
-    start_enu_m: FloatArray,
-) -> tuple[Piece, ...]:
+def roof_pieces(site: Site, look: RoofLook, pace: Limits, *, start_enu_m: FloatArray) -> tuple[Piece, ...]:
     """A piece for each spiral or line above the roofs of the building, the highest roofs first.
 
-    `standoff_m` is kept from the roof itself. From what is higher beside it the path keeps that or what a look at the
-    wall's foot in fine enough pixels takes, but never less than `required_m`.
-
-    Args:
-        site: what stands there.
-        camera: the camera, on a gimbal.
-        demand: when the roof counts as seen.
-        standoff_m: kept from the roof, in space.
-        overlap: between turns.
-        side_overlap: between shots along a turn.
-        required_m: the clearance that must be kept from everything.
-        pace: the limits on the pass.
-        start_enu_m: `(2,)` or `(3,)`; each piece begins near this place, as far as it can choose.
+    The look's stand-off is kept from the roof itself. From what is higher beside it the path keeps that or what a look at
+    the wall's foot in fine enough pixels takes, but never less than the required clearance. Each piece begins near
+    `start_enu_m`, `(2,)` or `(3,)`, as far as it can choose.
     """
-    grid = roof_grid(site, reach_m=standoff_m + 4.0)
+    grid = roof_grid(site, reach_m=look.standoff_m + 4.0)
     total_m2 = float(grid.building.sum()) * grid.cell_m**2
     least_m2 = max(min(SMALL_M2, 0.5 * total_m2), SMALL_SHARE * total_m2)
-    step_m = max(STEP_SHARE * standoff_m, 2.5 * grid.cell_m)
-    look = RoofLook.of(camera, demand, standoff_m, overlap, side_overlap, required_m)
+    step_m = max(STEP_SHARE * look.standoff_m, 2.5 * grid.cell_m)
     pieces: list[Piece] = []
     roofs = roofs_of(grid, step_m=step_m, least_m2=least_m2)
     for number, roof in enumerate(roofs, start=1):

@@ -165,6 +165,11 @@ def _pixels(path: Path, dataset: Any, col: int, row: int, cols: int, rows: int) 
 
 
 @njit(cache=True)
+def _quadratic(k: FloatArray, s: float, t: float) -> float:
+    return k[0] + k[1] * s + k[2] * t + k[3] * s * t + k[4] * s * s + k[5] * t * t
+
+
+@njit(cache=True)
 def _raise_pixels(
     height: FloatArray,
     values: FloatArray,
@@ -191,24 +196,8 @@ def _raise_pixels(
             if math.isnan(z):
                 continue
             s = (first_col + c + 0.5 - middle[0]) / half[0]
-            x = (
-                k[0, 0]
-                + k[1, 0] * s
-                + k[2, 0] * t
-                + k[3, 0] * s * t
-                + k[4, 0] * s * s
-                + k[5, 0] * t * t
-                - corner[0]
-            )
-            y = (
-                k[0, 1]
-                + k[1, 1] * s
-                + k[2, 1] * t
-                + k[3, 1] * s * t
-                + k[4, 1] * s * s
-                + k[5, 1] * t * t
-                - corner[1]
-            )
+            x = _quadratic(k[:, 0], s, t) - corner[0]
+            y = _quadratic(k[:, 1], s, t) - corner[1]
             for i in range(
                 max(0, math.floor((y - reach[1]) / cell)),
                 min(rows - 1, math.floor((y + reach[1]) / cell)) + 1,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
+from mavspiral.frames import COMPASS
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey import sight
 from mavspiral.survey.camera import Camera
@@ -51,7 +52,6 @@ WORDS = {
     NO_POSE
     + TOO_FAR: "from {clearance:.1f} m away or more at no more than {incidence:.0f}° from square no pixel is as fine as {gsd:.1f} mm",
 }
-POINTS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
 
 
 def unseen_lines(
@@ -136,7 +136,7 @@ def _sides(patches: Patches, index: NDArray[np.int64]) -> str:
     sides = _facing(patches, index)
     if len(sides) > 2 and set(sides) >= set(_facing(patches, np.flatnonzero(patches.is_wall))):
         return "all sides, "
-    return f"{_listed([POINTS[k] for k in sides])} side{'s' * (len(sides) > 1)}, "
+    return f"{_listed([COMPASS[k] for k in sides])} side{'s' * (len(sides) > 1)}, "
 
 
 def _facing(patches: Patches, index: NDArray[np.int64]) -> list[int]:

@@ -11,6 +11,7 @@ from mavspiral.curve.gaze import GIMBAL_RADPS
 from mavspiral.curve.line import LinePath
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.trajectory import Leg, Trajectory
+from mavspiral.pieces.roof_ways import RoofLook
 from mavspiral.pieces.roofs import roof_pieces
 from mavspiral.shape.heightmap import HeightMap, Site
 from mavspiral.survey.camera import Camera
@@ -30,17 +31,10 @@ ELL = [(10, 10, 60, 25, 10), (10, 10, 25, 60, 10)]
 
 
 def pieces_above(site, standoff_m=8.0, required_m=2.5, camera=CAMERA):
-    return roof_pieces(
-        site,
-        camera,
-        DEMAND,
-        standoff_m=standoff_m,
-        overlap=0.25,
-        side_overlap=0.6,
-        required_m=required_m,
-        pace=LIMITS,
-        start_enu_m=np.array([-30.0, -30.0]),
+    look = RoofLook.of(
+        camera, DEMAND, standoff_m=standoff_m, overlap=0.25, side_overlap=0.6, required_m=required_m
     )
+    return roof_pieces(site, look, LIMITS, start_enu_m=np.array([-30.0, -30.0]))
 
 
 def flown(pieces):
