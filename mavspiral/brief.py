@@ -141,8 +141,15 @@ def pace_of(mission: Mission, camera: Camera, limits: Limits) -> Limits:
     """The limits on the spiral: no faster than sharp pictures and the shutter allow.
 
     Raises:
-        InputError: that is too slow to be meant.
+        InputError: that is too slow to be meant, or pictures from the stand-off are too coarse at any pace.
     """
+    standoff_m, gsd_max_m = mission.inspection.standoff_m, mission.quality.gsd_max_mm / 1e3
+    if (gsd_m := camera.gsd_m(standoff_m)) > gsd_max_m:
+        fits_m = _tenths_m(standoff_m * gsd_max_m / gsd_m)
+        raise InputError(
+            f"[inspection] standoff_m = {standoff_m:g}: a pixel on the wall is {1e3 * gsd_m:.1f} mm from there, [quality] "
+            f"gsd_max_mm = {mission.quality.gsd_max_mm:g}. Fix: standoff_m ≤ {fits_m:g}, a longer focal_length_mm, or a larger gsd_max_mm"
+        )
     sharp_mps = sharpness_of(mission, camera)(mission.inspection.standoff_m)
     if sharp_mps < SLOWEST_MPS:
         raise InputError(
@@ -151,6 +158,11 @@ def pace_of(mission: Mission, camera: Camera, limits: Limits) -> Limits:
             f"{mission.quality.blur_max_px:g}, slower than {SLOWEST_MPS:g} m/s. Fix: a shorter exposure_s, or a larger blur_max_px"
         )
     return limits if sharp_mps >= limits.speed_mps else replace(limits, speed_mps=sharp_mps)
+
+
+def _tenths_m(length_m: float) -> float:
+    """Rounded down, as a pilot is told what fits."""
+    return math.floor(10.0 * length_m + 1e-9) / 10.0
 
 
 def band_m(mission: Mission, site: Site, camera: Camera) -> tuple[float, float]:
@@ -184,18 +196,39 @@ def band_m(mission: Mission, site: Site, camera: Camera) -> tuple[float, float]:
             f"[inspection] bottom_m = {bottom_m:g} is above the whole building, which ends at {top_of_building_m:g} m. "
             f"Fix: bottom_m ≤ {top_of_building_m:g}"
         )
+    ceiling_m = mission.limits.ceiling_m
+    if bottom_m > ceiling_m:
+        raise InputError(_above_the_ceiling(mission, bottom_m, half_m))
     turns = (top_m - bottom_m) / camera.rise_m(asked.standoff_m, asked.overlap)
     if turns > TURNS_MAX:
         raise InputError(
             f"[camera] shows {2 * half_m:.3g} m of the wall at {asked.standoff_m:g} m, so the spiral would take "
             f"{turns:.0f} turns, at most {TURNS_MAX} are flown. Fix: a shorter focal_length_mm or a larger standoff_m"
         )
-    if top_m > mission.limits.ceiling_m:
+    if top_m > ceiling_m:
         raise LimitError(
-            f"the highest turn is {top_m:.1f} m above ground, [limits] ceiling_m = {mission.limits.ceiling_m:g}. "
-            f"Fix: ceiling_m ≥ {math.ceil(top_m)}, or [inspection] top_m = {mission.limits.ceiling_m:g}"
+            f"the highest turn is {top_m:.1f} m above ground, [limits] ceiling_m = {ceiling_m:g}. "
+            f"Fix: ceiling_m ≥ {math.ceil(top_m)}, or [inspection] top_m = {ceiling_m:g}"
         )
     return bottom_m, top_m
+
+
+def _above_the_ceiling(mission: Mission, bottom_m: float, half_m: float) -> str:
+    """In words: why the lowest turn at `bottom_m` is above the ceiling, and what would do."""
+    asked, clearance_m, ceiling_m = mission.inspection, mission.limits.clearance_m, mission.limits.ceiling_m
+    if asked.bottom_m is not None:
+        return f"[inspection] bottom_m = {bottom_m:g} is above [limits] ceiling_m = {ceiling_m:g}. Fix: bottom_m ≤ {ceiling_m:g}"
+    if clearance_m > ceiling_m:
+        return (
+            f"[limits] clearance_m = {clearance_m:g}, which is kept from the ground too, is above ceiling_m = {ceiling_m:g}. "
+            f"Fix: clearance_m ≤ {ceiling_m:g}, or a higher ceiling_m"
+        )
+    fits_m = _tenths_m(asked.standoff_m * ceiling_m / half_m)
+    return (
+        f"[inspection] standoff_m = {asked.standoff_m:g}: a picture shows {2 * half_m:.3g} m of the wall from there, so the lowest "
+        f"turn, which shows its foot, is {bottom_m:.1f} m up, above [limits] ceiling_m = {ceiling_m:g}. "
+        f"Fix: standoff_m ≤ {fits_m:g}, a longer focal_length_mm, or bottom_m ≤ {ceiling_m:g}"
+    )
 
 
 def room_of(mission: Mission, required_m: float) -> Room:

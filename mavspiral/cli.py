@@ -40,7 +40,20 @@ UsageError: Any = typer.BadParameter.__base__
 """Of click, whether typer imports it or brings its own."""
 
 MissionFile = Annotated[Path, typer.Argument(help="The mission file (TOML).", show_default=False)]
-Out = Annotated[Path | None, typer.Option("--out", help="The folder for the files; by default out/NAME.")]
+
+
+def _named(folder: str) -> Path:
+    if not folder.strip():
+        raise typer.BadParameter("it names no folder, . is this one")
+    return Path(folder)
+
+
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", parser=_named, metavar="PATH", help="The folder for the files; by default out/NAME."
+    ),
+]
 OfAutopilot = Annotated[
     str | None,
     typer.Option(

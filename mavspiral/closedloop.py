@@ -90,7 +90,7 @@ def simulate(
     safe Return before a streamed flight, as `fly` does.
 
     Raises:
-        InputError: a fault or an airframe that nobody knows.
+        InputError: a fault that nobody knows.
         LimitError: the plan does not keep its own limits, or stretches of it have no mission that fits.
     """
     with compiled_beside():
@@ -229,10 +229,7 @@ def _config(
         orders: tuple[Fault, ...] = tuple(parse_fault(spec) for spec in faults)
     except ValueError as error:
         raise InputError(f"--{error}") from None
-    try:
-        airframe = load_airframe(mission.vehicle.airframe)
-    except (OSError, ValueError) as error:
-        raise InputError(f"[vehicle] airframe = {mission.vehicle.airframe!r}: {error}") from None
+    airframe = load_airframe(mission.vehicle.airframe)
     home = inspection.site.heights.frame.geo_point(inspection.home_enu_m)
     return SimulatorConfig(
         vehicle=VehicleConfig(

@@ -221,7 +221,7 @@ def _flight(inspection: Inspection, sortie: Sortie) -> AutoSortie:
         fit = min(fit, best(turns=False), key=lacks)  # aims take fewer items than turns
     area = safe_area(
         route.sampled(CLEARANCE_GRID_S).position_enu_m,
-        heights,
+        inspection.site,
         inspection.home_enu_m,
         margin_m=mission.limits.clearance_m,
         return_m=min(inspection.safe_height_enu_m, mission.limits.ceiling_m),

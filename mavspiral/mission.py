@@ -127,7 +127,7 @@ class Vehicle(_Table):
     """Who flies it, and from where."""
 
     autopilot: Literal["px4", "ardupilot"] = "px4"
-    airframe: Annotated[str, Field(pattern=r"^[a-z0-9_]+$")] = "x500"
+    airframe: Literal["7inch", "camera", "x500"] = "x500"
     home: tuple[Lat, Lon] | None = None
     home_height_m: Annotated[float, Field(ge=-500, le=1000)] = 0.0
     gps: Literal["rtk", "standard"] = "rtk"
@@ -184,12 +184,17 @@ class Mission(_Table):
     @property
     def map_path(self) -> Path:
         """The map, relative to the mission file."""
-        return self.path.parent / self.building.map
+        return self._beside(self.building.map)
 
     @property
     def dtm_path(self) -> Path | None:
         """The terrain model, relative to the mission file."""
-        return None if self.building.dtm is None else self.path.parent / self.building.dtm
+        return None if self.building.dtm is None else self._beside(self.building.dtm)
+
+    def _beside(self, name: str) -> Path:
+        """A file relative to the mission file; where that is a link and nothing is beside it, to what it points to."""
+        near, real = self.path.parent / name, self.path.resolve().parent / name
+        return real if real.exists() and not near.exists() else near
 
     @property
     def notices(self) -> tuple[str, ...]:

@@ -134,9 +134,9 @@ def judge_sight(mission: Mission, coverage: Coverage) -> None:
     if coverage.walls == 0.0:
         quality, standoff_m = mission.quality, mission.inspection.standoff_m
         raise LimitError(
-            f"{mission.name}: no wall is seen within [quality] gsd_max_mm = {quality.gsd_max_mm:g} and incidence_max_deg = "
-            f"{quality.incidence_max_deg:g}: a pixel is {1e3 * camera_of(mission).gsd_m(standoff_m):.1f} mm at standoff_m = "
-            f"{standoff_m:g}. Fix: a smaller standoff_m, a longer lens, or a larger gsd_max_mm"
+            f"{mission.name}: no wall is seen as [quality] asks, in views_min = {quality.views_min} pictures of gsd_max_mm = "
+            f"{quality.gsd_max_mm:g} (at standoff_m = {standoff_m:g} a pixel is {1e3 * camera_of(mission).gsd_m(standoff_m):.1f} mm) "
+            f"and incidence_max_deg = {quality.incidence_max_deg:g}. Fix: ask for less, or a band (bottom_m, top_m) beside the walls"
         )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
-from mavspiral.shape.heightmap import HeightMap
+from mavspiral.shape.heightmap import Site
 
 __all__ = ["SafeArea", "exclusion_fences_enu_m", "fence_enu_m", "safe_area"]
 
@@ -34,7 +34,7 @@ class SafeArea:
 
 def safe_area(
     position_enu_m: FloatArray,
-    heights: HeightMap,
+    site: Site,
     home_enu_m: FloatArray,
     *,
     margin_m: float,
@@ -43,16 +43,20 @@ def safe_area(
     """The fences round the flown positions `(n, 3)`, and a rally point above home at the height `return_m`.
 
     Whatever fails on the way, the autopilot's own Return flies straight to home: no exclusion fence comes within
-    `margin_m` of a flown segment or of any of these lines.
+    `margin_m` of a flown segment or of any of these lines. Round the building itself there is none ever: what is flown
+    round has a side from which Return leads over it.
     """
     inside = fence_enu_m(np.vstack([position_enu_m, home_enu_m]), margin_m)
-    outside, omitted_n = exclusion_fences_enu_m(position_enu_m, heights, home_enu_m, inside, margin_m)
-    which = "the building" if omitted_n == 1 else f"{omitted_n} obstacles, the building among them"
-    words = (
-        f"no exclusion fence round {which}: the flight or its Return comes over or near, "
-        "and a fence has no height"
-    )
-    return SafeArea(inside, outside, np.array([*home_enu_m[:2], return_m]), words if omitted_n else None)
+    outside, omitted_enu_m = exclusion_fences_enu_m(position_enu_m, site, home_enu_m, inside, margin_m)
+    omitted = None
+    if len(omitted_enu_m):
+        place = site.heights.frame.geo_point(omitted_enu_m[0])
+        which = "an obstacle" if len(omitted_enu_m) == 1 else f"{len(omitted_enu_m)} obstacles, the largest"
+        omitted = (
+            f"no exclusion fence round {which} at lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, {omitted_enu_m[0, 2]:.1f} m "
+            f"high: the flight or its Return comes over or near, and a fence has no height. Fix: a Return at {return_m:.0f} m or more"
+        )
+    return SafeArea(inside, outside, np.array([*home_enu_m[:2], return_m]), omitted)
 
 
 def fence_enu_m(position_enu_m: FloatArray, margin_m: float) -> FloatArray:
@@ -70,15 +74,16 @@ def fence_enu_m(position_enu_m: FloatArray, margin_m: float) -> FloatArray:
 
 def exclusion_fences_enu_m(
     position_enu_m: FloatArray,
-    heights: HeightMap,
+    site: Site,
     home_enu_m: FloatArray,
     inside_enu_m: FloatArray,
     margin_m: float,
-) -> tuple[tuple[FloatArray, ...], int]:
+) -> tuple[tuple[FloatArray, ...], FloatArray]:
     """Convex polygons `(k, 2)` round obstacles in reach that neither flight nor Return comes near, the largest first.
 
-    Beside them, how many obstacles in reach had to be left out.
+    Beside them the tops `(n, 3)` of the other obstacles in reach, the building aside and what it is joined to.
     """
+    heights = site.heights
     cell_m, origin = heights.cell_m, heights.origin_enu_m
 
     def pixels(place_enu_m: FloatArray) -> NDArray[np.int32]:
@@ -96,17 +101,22 @@ def exclusion_fences_enu_m(
     solid = (heights.height_agl_m > STANDING_M).astype(np.uint8)
     _, labels, figures, _ = cv2.connectedComponentsWithStats(solid, connectivity=8)
     near = [label for label in np.unique(labels[reach.astype(bool)]) if label]
-    polygons: list[FloatArray] = []
+    polygons, left_out = list[FloatArray](), list[FloatArray]()
     spare = FENCE_VERTICES_MAX - len(inside_enu_m)
     for label in sorted(near, key=lambda label: -int(figures[label, cv2.CC_STAT_AREA])):
-        corners = _hull(labels == label)
+        cells = labels == label
+        corners = _hull(cells)
         area = np.zeros(shape, dtype=np.uint8)
         cv2.fillConvexPoly(area, corners, 1)
         if len(corners) > spare or np.any(area & swept):
+            if not site.building[cells].any():
+                row, col = np.divmod(int(np.argmax(np.where(cells, heights.height_agl_m, -1.0))), shape[1])
+                middle = origin + (np.array([col, row]) + 0.5) * cell_m
+                left_out.append(np.append(middle, heights.height_agl_m[row, col]))
             continue
         spare -= len(corners)
         polygons.append(origin + (corners + 0.5) * cell_m)
-    return tuple(polygons), len(near) - len(polygons)
+    return tuple(polygons), np.array(left_out).reshape(-1, 3)
 
 
 def _hull(cells: NDArray[np.bool_]) -> NDArray[np.int32]:

@@ -72,7 +72,7 @@ def hemmed_in(setting: Setting, others: SolidDistance, height_m: float) -> str:
     place = setting.site.heights.frame.geo_point(place_enu_m)
     spare_m = room_m - (setting.joinable_m - setting.required_m)
     return (
-        f"neighbours and keep-outs stand so near on all sides that no drone can fly along any wall: the most room is "
+        f"other things on the map and keep-outs stand so near on all sides that no drone can fly along any wall: the most room is "
         f"{room_m:.1f} m on either side, at lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, {height_m:.1f} m up, and "
         f"{setting.joinable_m:.1f} m are needed. Fix: a required clearance of {max(0.0, spare_m):.1f} m (now "
         f"{setting.required_m:.1f} m) would fit, or a band above them (bottom_m)"
@@ -228,10 +228,12 @@ def _told(setting: Setting, reaches: list[Reach]) -> tuple[str, ...]:
         side = COMPASS[int(np.round(outward / (np.pi / 4.0))) % 8]
         top_m = max(r.points_enu_m[0, 2] for r in reaches if not _reached(r, middle))
         place = setting.site.heights.frame.geo_point(middle)
+        between = (
+            f"from {middle[2]:.1f} to {top_m:.1f}" if top_m > middle[2] + SAME_ROW_M else f"{middle[2]:.1f}"
+        )
         lines.append(
             f"no drone can pass the {side} side for {length_m:.0f} m about lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, "
-            f"from {middle[2]:.1f} to {top_m:.1f} m up: too near to a neighbour or a keep-out for {setting.required_m:.1f} m "
-            "of clearance"
+            f"{between} m up: what else stands or rises there, or a keep-out, is too near for {setting.required_m:.1f} m of clearance"
         )
     return tuple(lines)
 

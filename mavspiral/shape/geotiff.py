@@ -166,7 +166,9 @@ def _pixels(path: Path, dataset: Any, col: int, row: int, cols: int, rows: int) 
 
 @njit(cache=True)
 def _quadratic(k: FloatArray, s: float, t: float) -> float:
-    return k[0] + k[1] * s + k[2] * t + k[3] * s * t + k[4] * s * s + k[5] * t * t
+    """A coordinate of `PlanMap`'s, at a place in the piece of the raster scaled to ±1."""
+    value: float = k[0] + k[1] * s + k[2] * t + k[3] * s * t + k[4] * s * s + k[5] * t * t
+    return value
 
 
 @njit(cache=True)

@@ -1,4 +1,4 @@
-"""What a flight comes too near to, in words: the building, a neighbour, or one of the mission's keep-outs, and where."""
+"""What a flight comes too near to, in words: the building, a keep-out of the mission's, or what else stands, and where."""
 
 from __future__ import annotations
 
@@ -54,4 +54,4 @@ def _kind(mission: Mission, site: Site, row: int, col: int) -> str:
         inside = cover((ring,), west, south, heights.cell_m, heights.shape)
         if inside[row, col] and heights.height_agl_m[row, col] == keepout.height_m[1]:
             return f'keepout "{keepout.name}"' if keepout.name else f"[[keepout]] {number}"
-    return "a neighbour"
+    return "something else on the map"

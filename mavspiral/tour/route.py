@@ -8,6 +8,7 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.brief import limits_of
+from mavspiral.errors import InputError
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Leg, Trajectory
 from mavspiral.shape.heightmap import Site
@@ -42,13 +43,19 @@ def route_of(site: Site, tour: tuple[Leg, ...], home_enu_m: FloatArray, ways: Wa
     Above a home on something that stands, the clearance is kept from that too.
 
     Raises:
-        InputError: home is in or at a wall.
+        InputError: home is in or at a wall, or at the ceiling.
         LimitError: no way from there to the first pass and back keeps the clearance.
     """
     judge_home(site.heights, ways.solids, home_enu_m, ways.clearance_m)
     standing_m = float(site.heights.sample(home_enu_m))
     rise_m = max(TAKEOFF_M, ways.clearance_m + 0.5 if standing_m > 0.5 else 0.0)
     above_home_m = home_enu_m + np.array([0.0, 0.0, rise_m])
+    if above_home_m[2] > ways.ceiling_m:
+        raise InputError(
+            f"[vehicle] home_height_m = {home_enu_m[2]:g}: a take-off there goes up to {above_home_m[2]:g} m, [limits] ceiling_m = "
+            f"{ways.ceiling_m:g}. Fix: home_height_m is above the map's ground (ground_amsl_m), not above the sea; at most "
+            f"{ways.ceiling_m - rise_m:g}, or a higher ceiling_m"
+        )
     first, last = tour[0], tour[-1]
     entry, leaving = Look.at(first, 0.0), Look.at(last, last.path.u_end_rad)
     approach = ways.legs(above_home_m, first.path(0.0), "approach", (entry, entry))

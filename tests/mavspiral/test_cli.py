@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shlex
 import signal
 import socket
 import subprocess
@@ -135,7 +136,15 @@ def test_with_json_a_plan_that_fails_is_one_object_that_names_the_obstacle_and_e
         ),
         ("home_height_m = -1.5", "home_height_m = 8.0\nradius_m = 0.4", "level at its home"),
         ("speed_mps = 5.0", "speed_mps = 0.001", "at least 0.1"),
-        ('gps = "rtk"', 'airframe = "zeppelin"', "zeppelin"),
+        ('gps = "rtk"', 'airframe = "zeppelin"', "must be one of '7inch', 'camera' or 'x500'"),
+        ("home_height_m = -1.5", "home_height_m = 900", "home_height_m is above the map's ground"),
+        ("standoff_m = 6.0", "standoff_m = 199", "standoff_m ≤ 18.2"),
+        (
+            "standoff_m = 6.0\noverlap = 0.25",
+            "standoff_m = 199\n[quality]\ngsd_max_mm = 99",
+            "Fix: standoff_m ≤ 120,",
+        ),
+        ("overlap = 0.25", "overlap = 0.25\nbottom_m = 61\ntop_m = 62", "Fix: bottom_m ≤"),
     ],
 )
 def test_bad_input_exits_2_with_one_line(tmp_path, old, new, words):
@@ -155,11 +164,12 @@ def test_bad_input_exits_2_with_one_line(tmp_path, old, new, words):
         ("simulate missions/kiosk.toml --wind abc", "'--wind'"),
         ("simulate missions/kiosk.toml --wind 99", "30"),
         ("fly missions/kiosk.toml", "'--connect'"),
+        ("plan missions/kiosk.toml --out ''", "names no folder"),
         ("nosuch", "mavspiral: no such command 'nosuch'"),
     ],
 )
 def test_a_wrong_command_line_exits_2_with_one_line(line, words):
-    answer = run(*line.split())
+    answer = run(*shlex.split(line))
     assert answer.returncode == 2
     (told,) = answer.stderr.strip().splitlines()
     assert words in told
@@ -307,6 +317,14 @@ def test_a_shutter_too_slow_for_any_pace_is_refused_before_anything_is_worked_ou
 
 
 def test_a_plan_that_sees_no_wall_is_refused(tmp_path):
-    answer = run("plan", changed(tmp_path, "focal_length_mm = 8.8", "focal_length_mm = 2.0"))
+    answer = run("plan", changed(tmp_path, "[limits]", "[quality]\nviews_min = 99\n[limits]"))
     assert answer.returncode == 1 and len(answer.stderr.strip().splitlines()) == 1
-    assert "no wall is seen" in answer.stderr and "gsd_max_mm" in answer.stderr and "Fix:" in answer.stderr
+    assert (
+        "no wall is seen" in answer.stderr and "views_min = 99" in answer.stderr and "Fix:" in answer.stderr
+    )
+
+
+def test_a_stand_off_from_which_every_picture_is_too_coarse_is_refused(tmp_path):
+    answer = run("plan", changed(tmp_path, "focal_length_mm = 8.8", "focal_length_mm = 2.0"))
+    assert answer.returncode == 2 and len(answer.stderr.strip().splitlines()) == 1
+    assert "a pixel on the wall is 7.2 mm" in answer.stderr and "Fix: standoff_m ≤ 4.1" in answer.stderr

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from importlib import resources
+from typing import get_args
+
 import pytest
 
 from mavspiral.errors import InputError
-from mavspiral.mission import load_mission
+from mavspiral.mission import Vehicle, load_mission
 
 GOOD = """
 schema = 1
@@ -25,6 +28,11 @@ BAD = [
     ("standoff_m = 12.0", 'standoff_m = "12"', ['standoff_m = "12"', "must be a number"]),
     ("standoff_m = 12.0", "standoff_m = 3.0", ["standoff_m = 3", "clearance_m = 4"]),
     ("standoff_m = 12.0", "stand_off_m = 12.0", ["stand_off_m: unknown key", "did you mean standoff_m?"]),
+    (
+        "standoff_m = 12.0",
+        'standoff_m = 12.0\n[vehicle]\nairframe = "nope"',
+        ['[vehicle] airframe = "nope"', "'7inch', 'camera' or 'x500'", 'Fix: e.g. airframe = "x500"'],
+    ),
     ("standoff_m = 12.0", "", ["standoff_m is missing", "standoff_m = 12.0"]),
     ("standoff_m = 12.0", "standoff_m = 12.0\noverlap = 25", ["overlap = 25", "smaller than 0.95"]),
     ("standoff_m = 12.0", "standoff_m = 12.0\nbottom_m = 9\ntop_m = 5", ["bottom_m = 9", "top_m = 5"]),
@@ -74,6 +82,25 @@ def test_bad_input_is_one_clear_line(tmp_path, old, new, words):
     for word in words:
         assert word in line, line
     assert caught.value.exit_code == 2
+
+
+def test_a_link_to_a_mission_finds_its_maps(tmp_path):
+    """Beside the link, as any file that it names; else beside the mission that it points to."""
+    real, linked = tmp_path / "real", tmp_path / "linked"
+    real.mkdir(), linked.mkdir()
+    (real / "t.toml").write_text(GOOD)
+    (real / "map.geojson").write_text("{}")
+    (linked / "t.toml").symlink_to(real / "t.toml")
+    assert load_mission(linked / "t.toml").map_path == real / "map.geojson"
+    (linked / "map.geojson").write_text("{}")
+    assert load_mission(linked / "t.toml").map_path == linked / "map.geojson"
+    (real / "map.geojson").unlink(), (linked / "map.geojson").unlink()
+    assert load_mission(linked / "t.toml").map_path == linked / "map.geojson"
+
+
+def test_the_airframes_of_a_mission_are_the_bundled_vehicle_s():
+    known = {file.name.removesuffix(".toml") for file in (resources.files("sitl") / "airframes").iterdir()}
+    assert known == set(get_args(Vehicle.model_fields["airframe"].annotation))
 
 
 def test_a_missing_file_and_a_folder(tmp_path):

@@ -14,13 +14,13 @@ from mavspiral.errors import InputError
 from mavspiral.export.aiming import aim_over
 from mavspiral.export.check import check_document
 from mavspiral.export.corners import ACCEPTANCE_M, CUT_M, acceptance_m, cut_lines_m
-from mavspiral.export.fences import exclusion_fences_enu_m, fence_enu_m
+from mavspiral.export.fences import exclusion_fences_enu_m, fence_enu_m, safe_area
 from mavspiral.export.items import mission_items
 from mavspiral.export.own_plan import read_own_plan
 from mavspiral.export.thinning import LEAD_S, Tolerance, thin
 from mavspiral.frames import GeoPoint, LocalFrame, wrap_rad
 from mavspiral.handover import inspection_documents, inspection_missions, mission_warnings
-from mavspiral.shape.heightmap import HeightMap
+from mavspiral.shape.heightmap import HeightMap, Site
 from mavspiral.tour.sorties import OVERLAP_SHOTS_N
 
 
@@ -198,10 +198,8 @@ def test_a_small_board_gets_a_coarser_mission_and_is_told_the_cost(planned):
     assert len(coarse.missions) == 1
     assert len(coarse.missions[0].items) <= tight
     assert coarse.missions[0].thinned.chord_error_m > whole.missions[0].thinned.chord_error_m
-    (fence,) = mission_warnings(whole, 500)
-    assert "no exclusion fence round the building" in fence
-    warning, again = mission_warnings(coarse, tight)
-    assert again == fence
+    assert mission_warnings(whole, 500) == ()
+    (warning,) = mission_warnings(coarse, tight)
     assert f"max_items = {tight}" in warning
     assert f"{coarse.clearance_m:.2f} m of clearance" in warning
 
@@ -320,13 +318,21 @@ def test_exclusion_only_where_neither_flight_nor_return_comes_near():
     heights[60:70, 20:30] = 10.0  # beside the way
     heights[98:102, 90:100] = 10.0  # under the way home
     heights[140:150, 150:160] = 0.5  # a kerb
-    site = HeightMap(heights, 0.5, LocalFrame(GeoPoint(0.0, 0.0, 0.0)), np.zeros(2))
+    heights[170:180, 190:199] = 20.0  # the building: nobody asks for a fence round it
+    flat = HeightMap(heights, 0.5, LocalFrame(GeoPoint(0.0, 0.0, 0.0)), np.zeros(2))
+    site = Site(flat, heights == 20.0)
     home = np.array([5.0, 50.0, 0.0])
     flown = np.column_stack([np.linspace(90.0, 95.0, 50), np.full(50, 50.0), np.full(50, 20.0)])
     inside = np.array([[0.0, 0.0], [99.0, 0.0], [99.0, 99.0], [0.0, 99.0]])
-    polygons, omitted_n = exclusion_fences_enu_m(flown, site, home, inside, 4.0)
-    assert omitted_n == 1
+    flown = np.vstack([flown, [97.0, 87.0, 30.0]])
+    polygons, omitted = exclusion_fences_enu_m(flown, site, home, inside, 4.0)
+    assert omitted == pytest.approx(np.array([[45.25, 49.25, 10.0]]))
     (polygon,) = polygons
     assert polygon.min(axis=0) == pytest.approx([10.0, 30.0], abs=0.5)
     assert polygon.max(axis=0) == pytest.approx([15.0, 35.0], abs=0.5)
-    assert exclusion_fences_enu_m(flown, site, np.array([12.0, 10.0, 0.0]), inside, 4.0)[1] == 0
+    told = safe_area(flown, site, home, margin_m=4.0, return_m=24.0).omitted
+    assert told.startswith("no exclusion fence round an obstacle at lat 0.000445, lon 0.000406, 10.0 m high")
+    assert told.endswith("Fix: a Return at 24 m or more")
+    far = np.array([12.0, 10.0, 0.0])
+    assert len(exclusion_fences_enu_m(flown[:-1], site, far, inside, 4.0)[1]) == 0
+    assert safe_area(flown[:-1], site, far, margin_m=4.0, return_m=24.0).omitted is None

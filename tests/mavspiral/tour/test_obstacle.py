@@ -41,7 +41,7 @@ def fixture_stage():
         ((2.0, -3.0, 20.0), "the building", (2.0, -3.0)),
         ((16.0, 0.0, 8.0), 'keepout "tree"', (19.4, 0.0)),
         ((-16.0, 0.0, 8.0), "[[keepout]] 2", (-19.4, 0.0)),
-        ((0.0, 30.0, 3.0), "a neighbour", (0.1, 22.0)),
+        ((0.0, 30.0, 3.0), "something else on the map", (0.1, 22.0)),
     ],
 )
 def test_each_kind_of_obstacle_is_named_where_it_is_nearest(stage, place, name, nearest):
