@@ -12,9 +12,10 @@ __all__ = ["flight_rows", "live_rows", "plan_rows"]
 
 def plan_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
     """Name, value and limit of each figure of a plan's summary."""
+    series = [count for count in s["harmonics"] if count]  # what is flown to and fro or straight has none
     return [
         ("turns that climb", f"{s['rings']}", ""),
-        ("harmonics", ", ".join(str(count) for count in s["harmonics"]), ""),
+        *([("harmonics", ", ".join(map(str, series)), "")] if series else []),
         (
             "length of the spiral" if s["parts"] == 1 else f"length of the {s['parts']} passes",
             f"{s['length_m']:.0f} m",
@@ -105,9 +106,9 @@ def _setpoints(s: dict[str, Any]) -> list[tuple[str, str, str]]:
 
 
 def _roof(s: dict[str, Any], asked: str = "") -> list[tuple[str, str, str]]:
-    """The roofs' row, unless none of them is seen."""
-    seen = s["coverage"]["roof"]
-    return [("roofs seen", _share(seen), asked)] if seen else []
+    """The roofs' row, if they were asked for and some of them is seen."""
+    seen, wanted = s["coverage"]["roof"], s["coverage"]["roof_seeable"] is not None
+    return [("roofs seen", _share(seen), asked)] if seen and wanted else []
 
 
 def _of_seeable(s: dict[str, Any], kind: str) -> list[tuple[str, str, str]]:

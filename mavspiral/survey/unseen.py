@@ -43,12 +43,12 @@ WORDS = {
     sight.OBLIQUE: "seen only at more than {incidence:.0f}° from square",
     sight.COARSE: "too far: a pixel is more than {gsd:.1f} mm",
     sight.OCCLUDED: "hidden behind something nearer to the camera",
-    NARROW: "facing something {near:.0f} m away or more; turns at this speed only go in where it is {narrow:.0f} m",
+    NARROW: "facing something {near:.1f} m away or more; turns at this speed only go in where it is {narrow:.0f} m",
     TOO_FEW: "seen by fewer than {views} shots",
     NO_POSE
     + OUT_OF_BAND: "out of the picture from every height that is safe, {lowest_safe:g} to {ceiling:g} m",
     NO_POSE
-    + NO_ROOM: "facing something {near:.0f} m away or more; a drone needs {clearance:.1f} m of clearance on each side",
+    + NO_ROOM: "facing something {near:.1f} m away or more; a drone needs {clearance:.1f} m of clearance on each side",
     NO_POSE
     + TOO_FAR: "from {clearance:.1f} m away or more at no more than {incidence:.0f}° from square no pixel is as fine as {gsd:.1f} mm",
 }
