@@ -8,6 +8,7 @@ from mavspiral.arrays import FloatArray
 from mavspiral.curve.line import LinePath
 from mavspiral.motion.turn import TurnGaze
 from mavspiral.pieces.gap import Fill, Gap, Pose, worth_flying
+from mavspiral.survey.seeable import Room
 from mavspiral.survey.solids import Solids
 
 __all__ = ["lines_through"]
@@ -15,11 +16,11 @@ __all__ = ["lines_through"]
 AWAY_N = 40
 """A line goes so many shots to either side at the most."""
 SHORTEST_M = 1.0
+UP = np.array([0.0, 0.0, 1.0])
+"""What is safe stays safe straight up, on a height map."""
 
 
-def lines_through(
-    pose: Pose, gap: Gap, *, solids: Solids, clearance_m: float, spacing_m: float
-) -> list[Fill]:
+def lines_through(pose: Pose, gap: Gap, *, solids: Solids, room: Room, spacing_m: float) -> list[Fill]:
     """The lines along the wall that the pose looks at and square to where it looks, with a shot every `spacing_m`."""
     yaw, pitch, normal = pose.yaw_enu_rad, pose.pitch_rad, pose.normal_enu
     ways = [np.array([-np.sin(yaw), np.cos(yaw), 0.0])]
@@ -27,14 +28,15 @@ def lines_through(
         ways.append(np.array([-normal[1], normal[0], 0.0]) / upright)
     lines = []
     for along in ways:
-        places, here = _safe_along(solids, clearance_m, pose.place_enu_m, spacing_m * along)
+        places, here = _safe_along(solids, room.clearance_m, pose.place_enu_m, spacing_m * along)
         n = len(places)
         shows = gap.shows(places, np.full(n, yaw), np.full(n, pitch))
         first, last = worth_flying(shows, here)
         start, end = places[first], places[last]
         if first == last:
-            sides = np.array([along, -along]) * SHORTEST_M
-            safe = solids.distance_m(np.array([start, start]), sides) >= clearance_m
+            sides = np.array([along, -along, UP]) * SHORTEST_M
+            safe = solids.clear(np.array([start] * len(sides)), sides, room.clearance_m)
+            safe &= start[2] + sides[:, 2] <= room.highest_m
             if not safe.any():
                 continue
             end = start + sides[int(np.argmax(safe))]

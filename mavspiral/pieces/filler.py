@@ -40,6 +40,8 @@ SEEDS_MAX = 40
 POSES_MAX = 300
 DRAWN_OUT = 8
 """So many of the poses are drawn out to lines and turns."""
+SPARE_M = 0.05
+"""A pose keeps so much more than a fill: what it is drawn out along is never quite even."""
 DETOUR_S = 15.0
 """What a fill costs beside its own length: the way to it, and from rest to rest."""
 
@@ -115,19 +117,16 @@ class Filler:
         """The lines and turns through poses that show most between them."""
         coverage, left = gap.coverage, gap.left
         seeds = left[np.unique(np.linspace(0, len(left) - 1, SEEDS_MAX).astype(np.int64))]
-        poses = _some(
-            glimpses_of(
-                coverage.patches, seeds, self.site, self.solids, self.camera, coverage.demand, self.room
-            ),
-            POSES_MAX,
+        room = replace(self.room, clearance_m=self.room.clearance_m + SPARE_M)
+        glimpses = glimpses_of(
+            coverage.patches, seeds, self.site, self.solids, self.camera, coverage.demand, room
         )
+        poses = _some(glimpses, POSES_MAX)
         shows = gap.shows(poses.place_enu_m, poses.yaw_enu_rad, poses.pitch_rad)
         for number in _apart(shows, gap.worth):
             pose = _pose(gap, poses, number)
             spacing_m = self.camera.shot_spacing_m(pose.range_m, self.side_overlap)
-            yield from lines_through(
-                pose, gap, solids=self.solids, clearance_m=self.room.clearance_m, spacing_m=spacing_m
-            )
+            yield from lines_through(pose, gap, solids=self.solids, room=self.room, spacing_m=spacing_m)
             if (turn := turn_through(pose, gap, around, spacing_m=spacing_m)) is not None:
                 yield turn
 
