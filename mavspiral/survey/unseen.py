@@ -43,12 +43,11 @@ WORDS = {
     sight.OBLIQUE: "seen only at more than {incidence:.0f}° from square",
     sight.COARSE: "too far: a pixel is more than {gsd:.1f} mm",
     sight.OCCLUDED: "hidden behind something nearer to the camera",
-    NARROW: "facing something {near:.1f} m away or more; turns at this speed only go in where it is {narrow:.0f} m",
+    NARROW: "facing something {near}; turns at this speed only go in where it is {narrow:.0f} m",
     TOO_FEW: "seen by fewer than {views} shots",
     NO_POSE
     + OUT_OF_BAND: "out of the picture from every height that is safe, {lowest_safe:g} to {ceiling:g} m",
-    NO_POSE
-    + NO_ROOM: "facing something {near:.1f} m away or more; a drone needs {clearance:.1f} m of clearance on each side",
+    NO_POSE + NO_ROOM: "facing something {near}; a drone needs {clearance:.1f} m of clearance on each side",
     NO_POSE
     + TOO_FAR: "from {clearance:.1f} m away or more at no more than {incidence:.0f}° from square no pixel is as fine as {gsd:.1f} mm",
 }
@@ -77,7 +76,7 @@ def unseen_lines(
     because = np.where((gaps_m < narrow_m) & (because != TOO_FEW), NARROW, because)
     best_pose = coverage.best_pose[index]
     because = np.where((best_pose != UNKNOWN) & (best_pose != SEEABLE), NO_POSE + best_pose, because)
-    facts = {
+    facts: dict[str, float | str] = {
         "reach": coverage.demand.gsd_max_m / camera.gsd_m(1.0),
         "lowest": float(shots.position_enu_m[:, 2].min(initial=math.inf)),
         "highest": float(shots.position_enu_m[:, 2].max(initial=-math.inf)),
@@ -100,7 +99,8 @@ def unseen_lines(
             if area_m2 < SMALL_SHARE * whole_m2:
                 rest_m2 += area_m2
                 continue
-            facts["near"] = float(gaps_m[because == reason].min())
+            near_m = float(gaps_m[because == reason].min())
+            facts["near"] = f"{near_m:.0f} m away or more" if near_m >= 0.5 else "that may lean on it"
             sides = _sides(patches, here) if what == "wall" else ""
             low, high = _heights_m(patches.centre_enu_m[here, 2], patches.height_m[here])
             told.append(

@@ -66,7 +66,7 @@ def test_too_far_too_oblique_too_few_and_too_narrow(trial, camera):
     slot = [(20, 20, 29, 30, 10), (31, 20, 40, 30, 10)]
     found = lines(trial, camera, shots, Demand(0.01, 1.0, 1), building=slot)
     assert any(
-        "facing something 2.0 m away or more" in line
+        "facing something 2 m away or more" in line
         and "where it is 5 m" in line
         and "east and west sides" in line
         for line in found
