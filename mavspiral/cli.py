@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from mavspiral.errors import InputError, LimitError, MavspiralError
-from mavspiral.terminal import ask, failures_as_json, quiet, say, tell, tell_json, tell_verdict
+from mavspiral.terminal import ask, failures_as_json, quiet, say, stage_bar, tell, tell_json, tell_verdict
 
 if TYPE_CHECKING:
     from mavspiral.flight.autopilots import Autopilot
@@ -100,12 +100,13 @@ def main() -> None:
 def plan(mission: MissionFile, out: Out = None, as_json: Json = False) -> None:
     """Plan the inspection, judge it, and write NAME.plan, .waypoints, .csv, .photos.csv, .kml, .geojson, .png and .json."""
     from mavspiral.deliver import write_plan
+    from mavspiral.planner import STAGES
     from mavspiral.planner import plan as make_plan
     from mavspiral.show.rows import plan_rows
 
     brief = _load(mission)
-    with failures_as_json(brief, as_json):
-        inspection = make_plan(brief)
+    with failures_as_json(brief, as_json), stage_bar(STAGES, as_json) as on_stage:
+        inspection = make_plan(brief, on_stage)
     summary = inspection.summary()
     summary["files"] = write_plan(inspection, _folder(out, brief), summary)
     tell(summary, as_json, plan_rows(summary))

@@ -6,6 +6,7 @@ map ─► outlines ─► spirals ─► time laws ─► trajectory ─► cer
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 from mavspiral.brief import (
@@ -31,17 +32,19 @@ from mavspiral.survey.unseen import unseen_lines
 from mavspiral.tour.passes import flown_in_order, tour_of
 from mavspiral.tour.route import route_of, ways_of
 
-__all__ = ["plan"]
+__all__ = ["STAGES", "plan"]
+
+STAGES = ("map", "curve", "timing", "transits", "certificate", "coverage")
 
 
-def plan(mission: Mission) -> Inspection:
-    """The inspection of the mission's building.
+def plan(mission: Mission, on_stage: Callable[[str], None] = lambda stage: None) -> Inspection:
+    """The inspection of the mission's building; `on_stage` is told each of `STAGES` as it is done.
 
     Raises:
         InputError: the map, or the mission on this map, contradicts itself.
         LimitError: the plan does not keep its own limits; the place and the number are named.
     """
-    watch = _Watch()
+    watch = _Watch(on_stage)
     site_map = read_site(map_request(mission))
     site = with_keepouts(mission, site_map.site)
     watch.lap("map")
@@ -106,7 +109,8 @@ def _unseen(inspection: Inspection, pace: Limits) -> tuple[str, ...]:
 class _Watch:
     """Laps of the planner's stages, and their sum."""
 
-    def __init__(self) -> None:
+    def __init__(self, on_stage: Callable[[str], None]) -> None:
+        self._on_stage = on_stage
         self._begin = self._last = time.perf_counter()
         self.laps_ms: dict[str, float] = {}
 
@@ -115,3 +119,4 @@ class _Watch:
         self.laps_ms[stage] = (now - self._last) * 1e3
         self.laps_ms["total"] = (now - self._begin) * 1e3
         self._last = now
+        self._on_stage(stage)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import json
 import sys
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,9 @@ if TYPE_CHECKING:
     from mavspiral.flight.flight_log import Event
     from mavspiral.mission import Mission
 
-__all__ = ["ask", "failures_as_json", "quiet", "say", "tell", "tell_json", "tell_verdict"]
+__all__ = ["ask", "failures_as_json", "quiet", "say", "stage_bar", "tell", "tell_json", "tell_verdict"]
+
+PATIENCE_S = 1.0
 
 
 def tell_json(summary: dict[str, Any]) -> None:
@@ -82,6 +85,33 @@ def failures_as_json(mission: Mission, as_json: bool) -> Iterator[None]:
             raise
         tell_json({"name": mission.name, "passed": False, "failures": [str(error)]})
         raise typer.Exit(error.exit_code) from None
+
+
+@contextlib.contextmanager
+def stage_bar(stages: Sequence[str], as_json: bool) -> Iterator[Callable[[str], None]]:
+    """A bar of what is done of the stages, on a terminal's stderr, for work that takes longer than `PATIENCE_S`.
+
+    It gives what is to be told each stage as it is done.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    console = Console(stderr=True)
+    if as_json or not console.is_terminal:
+        yield lambda stage: None
+        return
+    columns = TextColumn("planning"), BarColumn(), TextColumn("{task.description}")
+    progress = Progress(*columns, console=console, transient=True)
+    following = dict(zip(stages, (*stages[1:], ""), strict=True))
+    task = progress.add_task(stages[0], total=len(stages))
+    late = threading.Timer(PATIENCE_S, progress.start)
+    late.start()
+    try:
+        yield lambda stage: progress.update(task, advance=1, description=following[stage])
+    finally:
+        late.cancel()
+        late.join()
+        progress.stop()
 
 
 def ask(name: str, url: str) -> None:

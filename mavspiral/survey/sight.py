@@ -118,7 +118,7 @@ def judge(
     return (OCCLUDED if gsd <= optics[4] else COARSE), gsd, cosine
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def look(
     centres: FloatArray,
     befores: FloatArray,
