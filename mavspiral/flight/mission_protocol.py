@@ -1,4 +1,4 @@
-"""MAVLink's mission protocol from the ground's side, without a socket: upload a list, read it back, compare.
+"""MAVLink's mission protocol from the ground's side, without a socket: upload a list and read it back.
 
 The vehicle leads an upload: it asks for each item, again when no answer comes, and ends it with a MISSION_ACK.
 We lead the reading back. Whatever was not answered is sent again, so that loss costs time and nothing else.
@@ -6,8 +6,6 @@ We lead the reading back. Whatever was not answered is sent again, so that loss 
 
 from __future__ import annotations
 
-import math
-import struct
 from collections.abc import Sequence
 from enum import Enum
 
@@ -23,7 +21,7 @@ from mavspiral.flight.mission_messages import (
     MissionResult,
 )
 
-__all__ = ["MissionTransfer", "differences"]
+__all__ = ["MissionTransfer"]
 
 AGAIN_US = 300_000
 """A little more than PX4 waits for an item, 260 ms, before it asks again."""
@@ -32,7 +30,6 @@ STUCK_US = 9_000_000
 """PX4 gives an upload up after 5 s without an item, ArduPilot after 8 s; then it can begin anew."""
 
 PATIENCE_US = 30_000_000
-_PLACELESS = 2  # MAV_FRAME_MISSION
 STARTS_MAX = 4
 
 
@@ -163,56 +160,6 @@ class MissionTransfer:
         if self._starts >= STARTS_MAX:
             raise LinkError(f"uploading the {self._kind.name.lower()}: {why}, {self._starts} times in a row")
         self._state, self._given, self._asked_us = _State.OFFERING, None, None
-
-
-def differences(sent: Sequence[MissionItem], back: Sequence[MissionItem]) -> tuple[str, ...]:
-    """What came back otherwise than it was sent, one line for each item; numbers as MAVLink rounds them.
-
-    Nothing is a difference that means the same: the two spellings of a global frame, any frame where MAV_FRAME_MISSION
-    said that there is no place (ArduPilot keeps 0), a heading one turn off, and 0 for a parameter that was left open.
-    """
-    if len(sent) != len(back):
-        return (f"{len(sent)} items were sent, {len(back)} came back",)
-    told = []
-    for ours, theirs in zip(sent, back, strict=True):
-        wrong = [
-            f"{name} {a!r} came back as {b!r}"
-            for name, a, b in (
-                ("command", ours.command, theirs.command),
-                (
-                    "frame",
-                    _frame(ours.frame),
-                    _frame(ours.frame if ours.frame == _PLACELESS else theirs.frame),
-                ),
-                ("x", ours.x, theirs.x),
-                ("y", ours.y, theirs.y),
-                ("autocontinue", ours.autocontinue, theirs.autocontinue),
-            )
-            if a != b
-        ]
-        wrong += [
-            f"param{number} {a:g} came back as {b:g}"
-            for number, a, b in zip(
-                (1, 2, 3, 4, 7), (*ours.params, ours.z), (*theirs.params, theirs.z), strict=True
-            )
-            if not _same(a, b, turns=number == 4)
-        ]
-        if wrong:
-            told.append(f"item {ours.seq + 1}: {', '.join(wrong)}")
-    return tuple(told)
-
-
-def _same(ours: float, theirs: float, *, turns: bool) -> bool:
-    if math.isnan(ours):
-        return math.isnan(theirs) or theirs == 0.0
-    ours, theirs = struct.unpack("<2f", struct.pack("<2f", ours, theirs))  # as MAVLink carries them
-    if turns and math.isfinite(theirs):
-        return abs(math.remainder(ours - theirs, 360.0)) < 1e-4
-    return ours == theirs
-
-
-def _frame(frame: int) -> int:
-    return {5: 0, 6: 3, 11: 10}.get(frame, frame)
 
 
 def _words(item: MissionItem) -> str:

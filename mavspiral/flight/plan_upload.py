@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 
 from mavspiral.flight.link import Link
 from mavspiral.flight.messages import Message
+from mavspiral.flight.mission_differences import differences
 from mavspiral.flight.mission_messages import MissionItem, MissionKind
-from mavspiral.flight.mission_protocol import MissionTransfer, differences
+from mavspiral.flight.mission_protocol import MissionTransfer
 
 __all__ = ["MissionLists", "PlanUpload"]
 

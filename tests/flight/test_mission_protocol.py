@@ -9,8 +9,9 @@ import pytest
 from mavspiral.errors import LimitError, LinkError
 from mavspiral.flight.link import Link
 from mavspiral.flight.messages import Heartbeat
+from mavspiral.flight.mission_differences import differences
 from mavspiral.flight.mission_messages import MissionItem, MissionKind
-from mavspiral.flight.mission_protocol import MissionTransfer, differences
+from mavspiral.flight.mission_protocol import MissionTransfer
 from sitl.airframe import load_airframe
 from sitl.params import Params
 from sitl.signals import GeoPoint
