@@ -98,7 +98,7 @@ class Upload:
                 "Fix: [vehicle] autopilot, and plan it again"
             )
         self._link.vehicle = beat.system_id, beat.component_id
-        return PlanUpload(self._link, self._lists, home_first=beat.autopilot == _ARDUPILOT)
+        return PlanUpload(self._link, self._lists, ardupilot=beat.autopilot == _ARDUPILOT)
 
     def _compare(self, upload: PlanUpload) -> None:
         self.differences = tuple(
