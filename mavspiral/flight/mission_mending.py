@@ -56,7 +56,7 @@ class MissionMending:
         return b"".join(parts) + link.mission_list_request(kind)
 
     def hear(self, message: Message) -> bool:
-        """Take in a message; whether it answers all that was sent, so that the next can be."""
+        """Take in a message; whether other items are on the way after it, to be sent at once."""
         match message:
             case MissionRequest(0, self._kind) if not self._cut:
                 self._cut = True
@@ -65,6 +65,7 @@ class MissionMending:
                 self.stored_n = seq
                 return True
             case MissionCount(total, self._kind) if self._cut and total <= len(self._items):
+                moved = total != self.stored_n
                 self.stored_n, self.done = total, total == len(self._items)
-                return True
+                return moved
         return False
