@@ -94,9 +94,10 @@ def mission_lists(document: dict[str, Any]) -> MissionLists:
     parts = judge_loading(document, findings)
     if findings.errors:
         raise InputError(f"the plan cannot be loaded: {findings.errors[0]}. `mavspiral check` tells all")
-    if parts.made_n:
+    if parts.hollow:
         raise InputError(
-            "the plan holds a structure scan, which keeps no items in the file. Fix: upload it with QGroundControl"
+            f"{', '.join(parts.hollow)}: a pattern that keeps no items in the file, or old ones. Fix: upload the plan with "
+            "QGroundControl"
         )
     mission = [_placed(item) for item in parts.items]
     if parts.firmware == ARDUPILOT and parts.home is not None:
