@@ -23,15 +23,20 @@ PLACED = (16, 22, 195)
 
 @pytest.fixture(scope="module")
 def mission_raw():
-    """MAVSDK's plugin on a system of which it has one heartbeat: the importer wants a system, and asks it nothing."""
-    sdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
-    sdk.add_any_connection("raw://")
-    mav = common.MAVLink(None, srcSystem=98, srcComponent=1)
-    sdk.pass_received_raw_bytes(mav.heartbeat_encode(2, 12, 81, 0, 3).pack(mav))
-    system = sdk.first_autopilot(10.0)
-    assert system is not None, "MAVSDK did not take the heartbeat"
-    yield MissionRaw(system)
-    sdk.destroy()
+    """MAVSDK's plugin by autopilot, each on a system of which it has one heartbeat: the importer asks it nothing else."""
+    plugins, sdks = {}, []
+    for autopilot, number in (("px4", 12), ("ardupilot", 3)):
+        sdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+        sdk.add_any_connection("raw://")
+        mav = common.MAVLink(None, srcSystem=98, srcComponent=1)
+        sdk.pass_received_raw_bytes(mav.heartbeat_encode(2, number, 81, 0, 3).pack(mav))
+        system = sdk.first_autopilot(10.0)
+        assert system is not None, "MAVSDK did not take the heartbeat"
+        plugins[autopilot] = MissionRaw(system)
+        sdks.append(sdk)
+    yield plugins
+    for sdk in sdks:
+        sdk.destroy()
 
 
 @pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
@@ -52,7 +57,7 @@ def test_they_find_in_it_what_was_put_there(planned, mission_raw, tmp_path, name
         assert own is not None
         assert (own.mission, own.sortie) == (inspection.mission, (number, len(documents)))
 
-        theirs = mission_raw.import_qgroundcontrol_mission_from_string(text)
+        theirs = mission_raw[autopilot].import_qgroundcontrol_mission_from_string(text)
         home_n = 1 if autopilot == "ardupilot" else 0  # its list begins with home
         assert len(theirs.mission_items) == home_n + len(mission.items)
         for item, read in zip(mission.items, theirs.mission_items[home_n:], strict=True):
