@@ -47,9 +47,8 @@ def test_without_any_one_of_them_the_stated_errors_are_broken(planned, name, tur
             thinned.position_enu_m[begin],
             thinned.position_enu_m[end],
         )
-        if turns:
-            return chord_m, off_turn_rad(states, here, there)
-        return chord_m, aim_over(states, int(here), int(there)).error_rad
+        aimed_rad = aim_over(states, int(here), int(there)).error_rad
+        return chord_m, max(aimed_rad, off_turn_rad(states, here, there)) if turns else aimed_rad
 
     sides = [errors(i, i + 1) for i in range(len(row) - 1)]
     assert max(chord_m for chord_m, _ in sides) <= thinned.chord_error_m + 1e-3 <= TOLERANCE.chord_m + 1e-3
