@@ -31,6 +31,8 @@ AGAIN_US = 300_000
 OFFER_AGAIN_US = 1_000_000
 """An offer that comes late, behind the first item, would begin the upload anew."""
 
+AGAIN_MAX_US = 1_000_000
+
 STUCK_US = 9_000_000
 """PX4 gives an upload up after 5 s without an item, ArduPilot after 8 s; then it can begin anew."""
 
@@ -137,7 +139,7 @@ class MissionTransfer:
         """After which time to repeat what was not answered: not before the link's quickest answer could have come."""
         if self._state is _State.OFFERING:
             return OFFER_AGAIN_US
-        return max(AGAIN_US, 5 * (self._round_trip_us or 0) // 4)
+        return min(max(AGAIN_US, 5 * (self._round_trip_us or 0) // 4), AGAIN_MAX_US)
 
     @property
     def _mendable(self) -> bool:
@@ -145,6 +147,7 @@ class MissionTransfer:
 
     def _mend(self, now_us: int) -> None:
         self._state, self._stirred_us, self._asked_us = _State.MENDING, now_us, None
+        self._first_asked_us = now_us
         self._mending = MissionMending(self._link, self._kind, self._items, self._given or 0)
 
     def _ask(self, now_us: int) -> bytes:
@@ -201,7 +204,8 @@ class MissionTransfer:
         if mending.hear(message):
             self._asked_us = None
         if mending.stored_n > there_n:
-            self._stirred_us = now_us
+            self._measure(now_us)
+            self._stirred_us = self._first_asked_us = now_us
         if not mending.done:
             return b""
         self._count = len(self._items)

@@ -131,6 +131,12 @@ def test_with_30_percent_lost_each_way_and_200_ms_of_delay_it_reads_back_equal(h
     assert flight.up.lost_n > 30
 
 
+def test_500_items_with_30_percent_lost_each_way_come_back_equal():
+    items = waypoints(500)
+    flight = uploaded({MissionKind.MISSION: items}, 7, delay_us=0)
+    assert stored(flight, 0) == [item.x for item in items]
+
+
 def test_a_good_link_needs_no_mending():
     items = waypoints(20)
     flight = Flight({MissionKind.MISSION: items}, 1, loss=0.0, delay_us=0)
