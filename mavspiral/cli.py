@@ -281,7 +281,7 @@ def upload(
 
     key = None if signing is None else read_key(signing)
     document = _planned_document(source) if source.suffix == ".toml" else read_plan_json(source)
-    uploaded = upload_plan(document, connect, signing_key=key)
+    uploaded = upload_plan(document, connect, signing_key=key, on_event=quiet if as_json else say)
     if as_json:
         tell_json(uploaded.summary())
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,8 +11,9 @@ from mavspiral.errors import InputError
 from mavspiral.export.check.findings import Findings
 from mavspiral.export.check.loading import PlanParts, judge_loading
 from mavspiral.export.check.simple_item import PlanItem
+from mavspiral.flight.flight_log import Event
 from mavspiral.flight.mission_messages import MissionItem, MissionKind
-from mavspiral.flight.outcome import Outcome
+from mavspiral.flight.outcome import Outcome, Step
 from mavspiral.flight.plan_upload import MissionLists
 from mavspiral.flight.realtime import drive, open_transport, signer_now
 from mavspiral.flight.upload import AUTOPILOTS, Upload
@@ -45,10 +47,20 @@ class Uploaded:
         }
 
 
-def upload(document: dict[str, Any], url: str, *, signing_key: bytes | None = None) -> Uploaded:
+def upload(
+    document: dict[str, Any],
+    url: str,
+    *,
+    signing_key: bytes | None = None,
+    on_event: Callable[[Event], None] = lambda _event: None,
+) -> Uploaded:
     """The plan on its way to the vehicle at `url`, read back and compared item by item.
 
-    With a `signing_key` (32 bytes, `read_key`) both ends sign, and what is not signed is refused.
+    Args:
+        document: a `.plan`.
+        url: the vehicle's.
+        signing_key: 32 bytes (`read_key`), with which both ends sign, and what is not signed is refused.
+        on_event: is told how far it is, every few seconds.
 
     Raises:
         InputError: the plan cannot be loaded, or the URL cannot be read.
@@ -59,8 +71,13 @@ def upload(document: dict[str, Any], url: str, *, signing_key: bytes | None = No
     signer = None if signing_key is None else signer_now(signing_key)
     machine = Upload(lists, int(firmware) if firmware in AUTOPILOTS else None, signer=signer)
     transport = open_transport(url)
+
+    def tell(_machine: Upload, step: Step) -> None:
+        for event in step.events:
+            on_event(event)
+
     try:
-        outcome = drive(machine, transport)
+        outcome = drive(machine, transport, tell)
     finally:
         transport.close()
     items, fence, rally = (len(lists[kind]) for kind in MissionKind)
@@ -77,9 +94,10 @@ def mission_lists(document: dict[str, Any]) -> MissionLists:
     parts = judge_loading(document, findings)
     if findings.errors:
         raise InputError(f"the plan cannot be loaded: {findings.errors[0]}. `mavspiral check` tells all")
-    if parts.made_n:
+    if parts.hollow:
         raise InputError(
-            "the plan holds a structure scan, which keeps no items in the file. Fix: upload it with QGroundControl"
+            f"{', '.join(parts.hollow)}: a pattern that keeps no items in the file, or old ones. Fix: upload the plan with "
+            "QGroundControl"
         )
     mission = [_placed(item) for item in parts.items]
     if parts.firmware == ARDUPILOT and parts.home is not None:

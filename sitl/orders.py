@@ -140,11 +140,15 @@ class Reposition:
 
 @dataclass(frozen=True, slots=True)
 class TakePlan:
-    """Keep these items instead of those of the same kind; a mission's current item is `current`."""
+    """Keep these items instead of those of the same kind; a mission's current item is `current`.
+
+    Without `restart`, which ArduCopter alone knows, they are the old ones but for one, and a mission that runs goes on.
+    """
 
     kind: PlanKind
     items: tuple[PlanItem, ...]
     current: int = 0
+    restart: bool = True
 
 
 @dataclass(frozen=True, slots=True)

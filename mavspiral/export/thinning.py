@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -88,7 +90,8 @@ def thin(
 ) -> Thinned:
     """The fewest waypoints within the tolerance: the ends of the legs, `stops_s`, and what is needed between.
 
-    From each to the next the camera keeps a point in view, or the nose `turns` evenly.
+    From each to the next the camera keeps a point in view, or the nose `turns` evenly, and could keep one in view too: without
+    that the asilo's sudden turns, flown at AUTO's own pace, are up to 45° late. None of them can be left out.
     The chords' middles stray to one side of the curve as far as the waypoints to the other: so a chord may be
     √2 times as long as one between points of the curve.
     """
@@ -98,16 +101,29 @@ def thin(
     wanted_s = np.concatenate([corners, stops_s])
     stops = np.unique(np.clip(np.round(wanted_s / GRID_S).astype(np.int64), 0, len(states.t_s) - 1))
     stops[-1] = len(states.t_s) - 1
+
+    def looks(begin: int, end: int) -> bool:
+        if turns and _turn_error_rad(states, begin, end) > tolerance.heading_rad:
+            return False
+        return aim_over(states, begin, end).error_rad <= tolerance.heading_rad
+
+    def within(sagitta_m: float, begin: int, end: int) -> bool:
+        return _bulge_m(states.position_enu_m[begin : end + 1]) <= sagitta_m and looks(begin, end)
+
     for sagitta in SAGITTAS:
         kept = [0]
         for begin, end in itertools.pairwise(stops):
-            kept += _leg(states, int(begin), int(end), tolerance, sagitta * tolerance.chord_m)
+            kept += _leg(partial(within, sagitta * tolerance.chord_m), int(begin), int(end))
         index = np.array(kept)
         share = 0.5 if sagitta > 1.0 else 0.0
         places = _balanced(states.position_enu_m, index, np.isin(index, stops), share)
         chord_error_m = _stray_m(states.position_enu_m, index, places)
         if chord_error_m <= tolerance.chord_m:
             break
+    index, places = _pruned(
+        states.position_enu_m, index, places, set(stops.tolist()), looks, tolerance.chord_m
+    )
+    chord_error_m = _stray_m(states.position_enu_m, index, places)
     aims = () if turns else _aims(states, index, tolerance)
     sides = tuple(itertools.pairwise(index.tolist()))
     errors_rad = (
@@ -139,14 +155,14 @@ def _stages(trajectory: Trajectory, states: TrajectoryState) -> list[Stage]:
     return stages
 
 
-def _leg(states: TrajectoryState, begin: int, end: int, tolerance: Tolerance, sagitta_m: float) -> list[int]:
-    """Greedy: from each waypoint the farthest next one whose chord and aim are still within bounds."""
+def _leg(within: Callable[[int, int], bool], begin: int, end: int) -> list[int]:
+    """Greedy: from each waypoint the farthest next one whose chord and aim are still `within` bounds."""
     kept, here = [], begin
     while here < end:
         good, step = here + 1, 1
         while good < end:
             ahead = min(good + step, end)
-            if _within(states, here, ahead, tolerance, sagitta_m):
+            if within(here, ahead):
                 good, step = ahead, step * 2
             elif step == 1:
                 break
@@ -157,11 +173,8 @@ def _leg(states: TrajectoryState, begin: int, end: int, tolerance: Tolerance, sa
     return kept
 
 
-def _within(states: TrajectoryState, begin: int, end: int, tolerance: Tolerance, sagitta_m: float) -> bool:
-    offsets_m = _offsets_m(states.position_enu_m[begin : end + 1])
-    if np.sqrt((offsets_m**2).sum(axis=1)).max() > sagitta_m:
-        return False
-    return aim_over(states, begin, end).error_rad <= tolerance.heading_rad
+def _bulge_m(position_m: FloatArray) -> float:
+    return float(np.sqrt((_offsets_m(position_m) ** 2).sum(axis=1)).max())
 
 
 def _turn_error_rad(states: TrajectoryState, begin: int, end: int) -> float:
@@ -200,6 +213,28 @@ def _balanced(position_m: FloatArray, index: np.ndarray, fixed: np.ndarray, shar
     places[1:-1] += share * np.where((size[:-1] > size[1:])[:, None], bulge[:-1], bulge[1:])
     places[fixed] = position_m[index][fixed]
     return places
+
+
+def _pruned(
+    position_m: FloatArray,
+    index: np.ndarray,
+    places: FloatArray,
+    fixed: set[int],
+    looks: Callable[[int, int], bool],
+    chord_m: float,
+) -> tuple[np.ndarray, FloatArray]:
+    """Without the waypoints that its neighbours, moved outwards, do not need any more."""
+    kept = [0]
+    for i in range(1, len(index) - 1):
+        begin, end = int(index[kept[-1]]), int(index[i + 1])
+        away = _from_chord_m(position_m[begin : end + 1], places[kept[-1]], places[i + 1])
+        near = float((away**2).sum(axis=1).max()) <= chord_m**2
+        if int(index[i]) in fixed or not (near and looks(begin, end)):
+            kept.append(i)
+    kept.append(len(index) - 1)
+    if len(kept) == len(index):
+        return index, places
+    return _pruned(position_m, index[kept], places[kept], fixed, looks, chord_m)
 
 
 def _stray_m(position_m: FloatArray, index: np.ndarray, places: FloatArray) -> float:

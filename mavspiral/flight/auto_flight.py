@@ -210,7 +210,7 @@ class AutoFlight:
         """Whether all lists are up and came back equal."""
         if self._upload is None:
             self._upload = PlanUpload(
-                self._link, self._lists, home_first=self._profile.autopilot == ARDUPILOT.autopilot
+                self._link, self._lists, ardupilot=self._profile.autopilot == ARDUPILOT.autopilot
             )
         if not self._upload.done:
             return False

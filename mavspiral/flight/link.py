@@ -110,6 +110,12 @@ class Link:
         """A MISSION_COUNT: the offer of an upload."""
         return self._pack(mavlink.MAVLink_mission_count_message(*self._addressee, count, kind))
 
+    def mission_part(self, first: int, last: int, kind: int) -> bytes:
+        """A MISSION_WRITE_PARTIAL_LIST: the offer of some items of a list."""
+        return self._pack(
+            mavlink.MAVLink_mission_write_partial_list_message(*self._addressee, first, last, kind)
+        )
+
     def mission_item(self, item: MissionItem) -> bytes:
         """A MISSION_ITEM_INT; the first one is the current one."""
         return self._pack(

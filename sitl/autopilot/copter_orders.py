@@ -206,7 +206,8 @@ def _take_plan(state: CopterState, order: TakePlan) -> Verdict:
     if order.kind is PlanKind.MISSION:
         if isinstance(state.going, Auto):
             state.going = None
-        state.run = MissionRun()
+        if order.restart or state.run.finished:
+            state.run = MissionRun()
         if state.mode is Mode.AUTO and not navigates(order.items):
             state.mode = Mode.LOITER
     return Verdict.ACCEPTED

@@ -1,7 +1,9 @@
 """The mission protocol on one link, as ArduPilot speaks it: upload, download, clear, progress.
 
-Sources: ArduCopter 4.6.3 as it was seen, and MissionItemProtocol.cpp. It asks with MISSION_REQUEST, and says aloud what
-was wrong. Of the vehicle's links one at a time may upload.
+Sources: ArduCopter 4.6.3 as it was seen, and MissionItemProtocol.cpp with its _Waypoints, _Fence and _Rally. It asks with
+MISSION_REQUEST, and says aloud what was wrong. Items of a mission and rally points are kept as they come, so that an upload
+that breaks leaves them; a fence is kept when it is complete. Of the vehicle's links one at a time may upload. Where the
+source answers a wrong number and goes on waiting, ArduCopter was seen to end the upload, and so does this one.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ _REQUEST_LIST = message_type("MISSION_REQUEST_LIST")
 _ITEM = message_type("MISSION_ITEM")
 _ITEM_INT = message_type("MISSION_ITEM_INT")
 _ACK = message_type("MISSION_ACK")
+_PARTIAL = message_type("MISSION_WRITE_PARTIAL_LIST")
 _CLEAR_ALL = message_type("MISSION_CLEAR_ALL")
 _SET_CURRENT = message_type("MISSION_SET_CURRENT")
 _CURRENT = message_type("MISSION_CURRENT")
@@ -38,6 +41,7 @@ _STATUSTEXT = message_type("STATUSTEXT")
 _ASK_AGAIN_US = 1_000_000
 _GIVE_UP_US = 8_000_000
 _ALL_KINDS = 255
+_DO_JUMP = 177
 _GUIDED_GOAL, _GUIDED_HEIGHT = 2, 3
 _ACCEPTED, _ERROR = common.MAV_MISSION_ACCEPTED, common.MAV_MISSION_ERROR
 
@@ -49,8 +53,10 @@ class CopterPlanService:
     taking: bool = False
     kind: int = 0
     partner: tuple[int, int] = (0, 0)
-    count: int = 0
-    taken: tuple[PlanItem, ...] = ()
+    next: int = 0
+    last: int = 0
+    anew: bool = False
+    fence: tuple[PlanItem | None, ...] = ()
     asked_us: int = 0
     heard_us: int = 0
     told: MissionRun | None = None
@@ -73,21 +79,21 @@ class CopterPlanService:
             return messages
         if helm.time_us - self.heard_us >= _GIVE_UP_US:
             self._end(helm)
-            text = _STATUSTEXT(common.MAV_SEVERITY_WARNING, b"Mission upload timeout", 0, 0)
-            return [*messages, text, *self._answer(common.MAV_MISSION_OPERATION_CANCELLED)]
+            text = f"{PlanKind(self.kind).name.title()} upload timeout"
+            return [*messages, _warning(text), *self._answer(common.MAV_MISSION_OPERATION_CANCELLED)]
         if helm.time_us - self.asked_us >= _ASK_AGAIN_US:
             messages.append(self._ask(helm))
         return messages
 
     def _end(self, helm: Helm) -> None:
-        self.taking, self.taken, helm.uploading = False, (), False
+        self.taking, self.fence, helm.uploading = False, (), False
 
     def _ask(self, helm: Helm) -> Message:
         self.asked_us = helm.time_us
-        return _REQUEST(len(self.taken), *self.partner, self.kind)
+        return _REQUEST(self.next, *self.partner, self.kind)
 
-    def _answer(self, result: int, partner: tuple[int, int] | None = None) -> list[Message]:
-        return [_ACK(*(partner or self.partner), result, self.kind)]
+    def _answer(self, result: int) -> list[Message]:
+        return [_ACK(*self.partner, result, self.kind)]
 
     def _on_count(self, message: Message, partner: tuple[int, int], helm: Helm) -> list[Message]:
         if helm.uploading and not self.taking:
@@ -99,12 +105,36 @@ class CopterPlanService:
             return self._answer(common.MAV_MISSION_UNSUPPORTED)
         if message.count > CAPACITY[self.kind]:
             return self._answer(common.MAV_MISSION_NO_SPACE)
+        kept = helm.plans.of(PlanKind(self.kind))
+        if message.count == 0 or (self.kind != PlanKind.FENCE and message.count < len(kept)):
+            helm.obey(TakePlan(PlanKind(self.kind), kept[: message.count]))
         if message.count == 0:
-            helm.obey(TakePlan(PlanKind(self.kind), ()))
             return self._answer(_ACCEPTED)
-        self.taking, self.count, self.taken, helm.uploading = True, message.count, (), True
-        self.heard_us = helm.time_us
+        self.fence = (None,) * message.count if self.kind == PlanKind.FENCE else ()
+        self._expect(0, message.count - 1, helm)
+        self.anew = True
         return [self._ask(helm)]
+
+    def _on_partial(self, message: Message, partner: tuple[int, int], helm: Helm) -> list[Message]:
+        """Some items again, or one more. It is asked for behind what else came in the same frame, as the source defers it."""
+        if helm.uploading and not self.taking:
+            return [_ACK(*partner, common.MAV_MISSION_DENIED, message.mission_type)]
+        kind = message.mission_type
+        if kind not in CAPACITY:
+            return [_ACK(*partner, common.MAV_MISSION_UNSUPPORTED, kind)]
+        kept = helm.plans.of(PlanKind(kind))
+        if not 0 <= message.start_index <= message.end_index <= len(kept):
+            return [_warning("Flight plan update rejected"), _ACK(*partner, _ERROR, kind)]
+        if self.taking and self.kind == kind == PlanKind.FENCE:
+            return [_ACK(*partner, _ERROR, kind)]
+        self.kind, self.partner, self.fence = kind, partner, kept if kind == PlanKind.FENCE else ()
+        self._expect(message.start_index, message.end_index, helm)
+        self.asked_us = helm.time_us - _ASK_AGAIN_US
+        return []
+
+    def _expect(self, first: int, last: int, helm: Helm) -> None:
+        self.taking, self.next, self.last, helm.uploading = True, first, last, True
+        self.heard_us, self.anew = helm.time_us, False
 
     def _on_item(self, message: Message, partner: tuple[int, int], helm: Helm) -> list[Message]:
         if message.current in (_GUIDED_GOAL, _GUIDED_HEIGHT):
@@ -113,20 +143,42 @@ class CopterPlanService:
             return [_ACK(*partner, _ERROR, message.mission_type)]
         if partner != self.partner:
             return [_ACK(*partner, common.MAV_MISSION_DENIED, message.mission_type)]
-        if message.seq != len(self.taken):
+        if message.seq != self.next:
             self._end(helm)
             return self._answer(common.MAV_MISSION_INVALID_SEQUENCE)
         item = item_of(message)
-        if isinstance(item, int):
+        refusal = item if isinstance(item, int) else self._keep(item, helm)
+        if refusal:
             self._end(helm)
-            return self._answer(item)
-        self.heard_us, self.taken = helm.time_us, (*self.taken, item)
-        if len(self.taken) < self.count:
+            return self._answer(refusal)
+        self.heard_us, self.next = helm.time_us, self.next + 1
+        if self.next <= self.last:
             return [self._ask(helm)]
-        taken = self.taken
+        if self.kind == PlanKind.FENCE:
+            whole = tuple(corner for corner in self.fence if corner is not None)
+            helm.obey(TakePlan(PlanKind.FENCE, whole))
+        elif self.anew:
+            helm.obey(TakePlan(PlanKind(self.kind), helm.plans.of(PlanKind(self.kind))))
         self._end(helm)
-        helm.obey(TakePlan(PlanKind(self.kind), taken))
         return self._answer(_ACCEPTED)
+
+    def _keep(self, item: PlanItem, helm: Helm) -> int:
+        """Put the item where it was asked for; the MAV_MISSION_RESULT that refuses it, or 0."""
+        seq = self.next
+        if self.kind == PlanKind.FENCE:
+            if seq >= len(self.fence):
+                return int(common.MAV_MISSION_INVALID_SEQUENCE)
+            self.fence = (*self.fence[:seq], item, *self.fence[seq + 1 :])
+            return 0
+        kept = helm.plans.of(PlanKind(self.kind))
+        if item.command == _DO_JUMP:
+            target = item.params[0]
+            if target == 0 or (target >= len(kept) and target > self.last):
+                return int(_ERROR)
+        if seq > len(kept):
+            return int(_ERROR)
+        helm.obey(TakePlan(PlanKind(self.kind), (*kept[:seq], item, *kept[seq + 1 :]), restart=False))
+        return 0
 
     def _guided(self, message: Message, partner: tuple[int, int], helm: Helm) -> list[Message]:
         """An item to go to now, as ground stations send it: `current` is 2."""
@@ -141,31 +193,26 @@ class CopterPlanService:
     def _on_clear(self, message: Message, partner: tuple[int, int], helm: Helm) -> list[Message]:
         if helm.uploading:
             return [_ACK(*partner, common.MAV_MISSION_DENIED, message.mission_type)]
-        self.kind = message.mission_type
         for kind in PlanKind:
-            if self.kind in (kind, _ALL_KINDS):
+            if message.mission_type in (kind, _ALL_KINDS):
                 helm.obey(TakePlan(kind, ()))
-        return self._answer(_ACCEPTED, partner)
+        return [_ACK(*partner, _ACCEPTED, message.mission_type)]
 
     def _on_list(self, message: Message, partner: tuple[int, int], helm: Helm) -> list[Message]:
-        self.kind = message.mission_type
-        return [_COUNT(len(self._given(helm)), *partner, self.kind)]
+        kind = message.mission_type
+        if self.taking and kind == self.kind:
+            return [_ACK(*partner, common.MAV_MISSION_DENIED, kind)]
+        return [_COUNT(len(_given(kind, helm)), *partner, kind)]
 
     def _on_request(self, message: Message, partner: tuple[int, int], helm: Helm) -> list[Message]:
-        kind = message.mission_type
-        self.kind = self.kind if self.taking else kind
-        given = self._given(helm) if kind in CAPACITY else ()
+        kind, exact = message.mission_type, isinstance(message, _REQUEST_INT)
+        if self.taking and exact and kind == self.kind:
+            return [_ACK(*partner, common.MAV_MISSION_DENIED, kind)]
+        given = _given(kind, helm)
         if not 0 <= message.seq < len(given):
             return [_ACK(*partner, _ERROR, kind)]
-        exact = isinstance(message, _REQUEST_INT)
         current = helm.run.seq if kind == PlanKind.MISSION else -1
         return [message_of(given[message.seq], message.seq, kind, partner, current, exact=exact)]
-
-    def _given(self, helm: Helm) -> tuple[PlanItem, ...]:
-        if self.kind not in CAPACITY:
-            return ()
-        items = helm.plans.of(PlanKind(self.kind))
-        return with_home(items, helm.report().flight.home) if self.kind == PlanKind.MISSION else items
 
     def _on_ack(self, _message: Message, _partner: tuple[int, int], _helm: Helm) -> list[Message]:
         return []
@@ -174,6 +221,17 @@ class CopterPlanService:
         if helm.obey(GoToItem(message.seq)) is not Verdict.ACCEPTED:
             return [_ACK(*partner, _ERROR, 0)]
         return [_mission_current(helm.report())]
+
+
+def _given(kind: int, helm: Helm) -> tuple[PlanItem, ...]:
+    if kind not in CAPACITY:
+        return ()
+    items = helm.plans.of(PlanKind(kind))
+    return with_home(items, helm.report().flight.home) if kind == PlanKind.MISSION else items
+
+
+def _warning(text: str) -> Message:
+    return _STATUSTEXT(common.MAV_SEVERITY_WARNING, text.encode("ascii"), 0, 0)
 
 
 def _mission_current(report: Report) -> Message:
@@ -194,6 +252,7 @@ _HANDLERS: Mapping[
     MessageType, Callable[[CopterPlanService, Message, tuple[int, int], Helm], list[Message]]
 ] = {
     _COUNT: CopterPlanService._on_count,
+    _PARTIAL: CopterPlanService._on_partial,
     _ITEM: CopterPlanService._on_item,
     _ITEM_INT: CopterPlanService._on_item,
     _CLEAR_ALL: CopterPlanService._on_clear,

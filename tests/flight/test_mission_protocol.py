@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import random
-
 import pytest
+from lossy_air import Air
 
 from mavspiral.errors import LimitError, LinkError
 from mavspiral.flight.link import Link
 from mavspiral.flight.messages import Heartbeat
+from mavspiral.flight.mission_differences import differences
 from mavspiral.flight.mission_messages import MissionItem, MissionKind
-from mavspiral.flight.mission_protocol import MissionTransfer, differences
+from mavspiral.flight.mission_protocol import MissionTransfer
 from sitl.airframe import load_airframe
 from sitl.params import Params
 from sitl.signals import GeoPoint
@@ -31,26 +31,6 @@ def waypoints(count):
     ]
 
 
-def frames_of(data):
-    """Whole MAVLink 2 frames."""
-    while data:
-        size = data[1] + 12
-        yield data[:size]
-        data = data[size:]
-
-
-class Air:
-    """Loses frames, by a seed."""
-
-    def __init__(self, loss, seed=1):
-        self.loss, self.random, self.lost_n = loss, random.Random(seed), 0
-
-    def carry(self, data):
-        kept = [frame for frame in frames_of(data) if self.random.random() >= self.loss]
-        self.lost_n += sum(1 for _ in frames_of(data)) - len(kept)
-        return b"".join(kept)
-
-
 def vehicle():
     airframe = load_airframe("x500")
     home = GeoPoint(47.4, 8.55, 500.0)
@@ -62,7 +42,7 @@ def transferred(kind, items, loss=0.0, limit_s=300.0):
     simulator, link, air = vehicle(), Link(), Air(loss)
     now_us, to_vehicle, transfer, begin_us = 0, b"", None, 0
     while now_us < limit_s * 1e6:
-        messages = link.receive(air.carry(simulator.step(now_us, to_vehicle).send))
+        messages = link.receive(air.carry(now_us, simulator.step(now_us, to_vehicle).send))
         if link.vehicle is None:
             for beat in messages:
                 if isinstance(beat, Heartbeat):
@@ -70,7 +50,7 @@ def transferred(kind, items, loss=0.0, limit_s=300.0):
                     transfer = MissionTransfer(link, kind, items)
         to_vehicle = b""
         if transfer is not None:
-            to_vehicle = air.carry(transfer.step(now_us, messages))
+            to_vehicle = air.carry(now_us, transfer.step(now_us, messages))
             if transfer.done:
                 assert loss == 0.0 or air.lost_n > 0
                 return transfer, (now_us - begin_us) / 1e6, simulator

@@ -40,6 +40,15 @@ def test_it_stays_within_what_the_exporter_states(flown):
     assert flown.tracking_p95_m <= 0.5
 
 
+def test_the_ardupilot_dialect_flies_its_file_too_and_sees_all_of_the_building(planned):
+    flight = simulate(planned("kiosk").flown_by("ardupilot"), seed=3, via="mission")
+    assert flight.outcome.ok, flight.outcome
+    assert flight.coverage.walls >= 0.99
+    assert flight.clearance_min_m >= flight.inspection.clearance_required_m
+    assert flight.tracking_p95_m <= 0.5
+    assert len(flight.shots) >= len(flight.inspection.shots)
+
+
 def test_same_seed_same_bits(planned, flown):
     again = simulate(planned("kiosk"), seed=3, via="mission")
     assert again.tlog == flown.tlog

@@ -59,9 +59,10 @@ def check_document(document: dict[str, Any], autopilot: str | None = None) -> Ve
     own = None if parts.firmware is None else FIRMWARE.get(parts.firmware)
     chosen = autopilot or own
     if chosen is None:
-        findings.warning(
-            "mission.firmwareType", "is neither PX4 (12) nor ArduPilot (3): no autopilot was asked"
-        )
+        if parts.items or not findings.errors:
+            findings.warning(
+                "mission.firmwareType", "is neither PX4 (12) nor ArduPilot (3): no autopilot was asked"
+            )
     else:
         if own is not None and own != chosen:
             findings.warning(

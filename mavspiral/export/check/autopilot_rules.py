@@ -16,6 +16,8 @@ PLACES = frozenset((16, 17, 18, 19, 21, 22, 31, 36, 82, 84, 85))
 MISSION_FRAME = 2
 RELATIVE_FRAMES = (3, 6)
 FIRST_WAYPOINT_M = 900.0
+FAR_M = 100_000.0
+"""No multicopter flies so far: latitude and longitude may have changed places."""
 DEGREE_M = 111_195.0
 
 
@@ -81,7 +83,7 @@ def _judge_start(parts: PlanParts, dialect: Dialect, findings: Findings) -> None
         if item.command in (TAKEOFF, VTOL_TAKEOFF) and dialect.name == "PX4":
             findings.error(item.place, "PX4 refuses a take-off that is not the first item with a place")
     if not places:
-        if parts.items and not parts.made_n:
+        if parts.items and not parts.hollow:
             findings.error("mission.items", "no item has a place to fly to")
         return
     if places[0].command not in (TAKEOFF, VTOL_TAKEOFF):
@@ -92,14 +94,33 @@ def _judge_start(parts: PlanParts, dialect: Dialect, findings: Findings) -> None
     for item in relative:
         if item.params[6] < 0:
             findings.warning(item.place, f"{-item.params[6]:g} m below home")
-    first = next((item for item in places if item.params[4] or item.params[5]), None)
-    if parts.home is not None and first is not None and dialect.name == "PX4":
-        lat, lon = first.params[4:6]
-        away_m = DEGREE_M * math.hypot(
-            lat - parts.home[0], (lon - parts.home[1]) * math.cos(math.radians(parts.home[0]))
-        )
-        if away_m > FIRST_WAYPOINT_M:
-            findings.warning(first.place, f"{away_m:.0f} m from home, more than MIS_DIST_1WP = 900 m")
+    if parts.home is not None:
+        _judge_distances(places, parts.home, dialect, findings)
+
+
+def _judge_distances(
+    places: list[PlanItem], home: tuple[float, float, float], dialect: Dialect, findings: Findings
+) -> None:
+    said = [item for item in places if item.params[4] or item.params[5] or item.command == WAYPOINT]
+    for number, item in enumerate(said):
+        lat, lon = item.params[4:6]
+        if not math.isfinite(lat + lon) or (not (lat or lon) and dialect.name != "PX4"):
+            continue  # where it is then
+        away_m = _great_circle_m(lat, lon, *home[:2])
+        if away_m > FAR_M:
+            findings.warning(item.place, f"at {lat:g}, {lon:g}, {away_m / 1000:.0f} km from the planned home")
+        elif number == 0 and dialect.name == "PX4" and away_m > FIRST_WAYPOINT_M:
+            findings.warning(item.place, f"{away_m:.0f} m from home, more than MIS_DIST_1WP = 900 m")
+
+
+def _great_circle_m(lat_deg: float, lon_deg: float, other_lat_deg: float, other_lon_deg: float) -> float:
+    lat, lon, other_lat, other_lon = map(math.radians, (lat_deg, lon_deg, other_lat_deg, other_lon_deg))
+    across = math.cos(lat) * math.cos(other_lat) * math.sin((lon - other_lon) / 2) ** 2
+    return (
+        2
+        * DEGREE_M
+        * math.degrees(math.asin(math.sqrt(min(1.0, math.sin((lat - other_lat) / 2) ** 2 + across))))
+    )
 
 
 def _judge_counts(parts: PlanParts, dialect: Dialect, findings: Findings) -> None:

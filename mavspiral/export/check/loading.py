@@ -11,7 +11,7 @@ from typing import Any
 
 from mavspiral.export.check.fence_shapes import FenceCircle, FencePolygon, fence_shapes, rally_points
 from mavspiral.export.check.findings import Findings
-from mavspiral.export.check.patterns import pattern
+from mavspiral.export.check.patterns import Pattern, pattern
 from mavspiral.export.check.shape import ARRAY, NUMBER, OBJECT, TEXT, demand, is_kind, place_of, short
 from mavspiral.export.check.simple_item import PlanItem, simple_item
 
@@ -26,6 +26,7 @@ _ROOT = {
     "rallyPoints": OBJECT,
 }
 _MISSION = {"items": ARRAY, "plannedHomePosition": ARRAY, "firmwareType": NUMBER}
+_OLD_KEYS = {"MAV_AUTOPILOT", "complexItems"}
 _MISSION_OPTIONAL = ("vehicleType", "cruiseSpeed", "hoverSpeed", "globalPlanAltitudeMode")
 
 
@@ -33,12 +34,14 @@ _MISSION_OPTIONAL = ("vehicleType", "cruiseSpeed", "hoverSpeed", "globalPlanAlti
 class PlanParts:
     """What of a plan could be read: its items, fence and rally points.
 
-    `made_n` is how many items QGroundControl makes of patterns that keep none in the file.
+    `hollow` are the places of patterns that keep no items in the file, `made_n` how many QGroundControl makes of them
+    as far as that can be told.
     """
 
     firmware: int | None
     home: tuple[float, float, float] | None
     items: tuple[PlanItem, ...]
+    hollow: tuple[str, ...]
     made_n: int
     polygons: tuple[FencePolygon, ...]
     circles: tuple[FenceCircle, ...]
@@ -47,6 +50,14 @@ class PlanParts:
 
 def judge_loading(document: dict[str, Any], findings: Findings) -> PlanParts:
     """The parts of a plan, with everything that speaks against loading it noted in `findings`."""
+    if "mission" not in document and (
+        document.get("fileType") == "Mission" or ("fileType" not in document and _OLD_KEYS & document.keys())
+    ):
+        findings.error(
+            "the file",
+            "a mission of an old QGroundControl (.mission), not a plan. Fix: save it as a .plan with one that still opens it",
+        )
+        return PlanParts(None, None, (), (), 0, (), (), ())
     demand(document, _ROOT, "the file", findings)
     if isinstance(kind := document.get("fileType"), str) and kind != "Plan":
         findings.error("fileType", f'{short(kind)} is not "Plan"')
@@ -56,19 +67,30 @@ def judge_loading(document: dict[str, Any], findings: Findings) -> PlanParts:
     elif isinstance(version, float):
         findings.warning("version", "1.0 is not written as the whole number 1: MAVSDK refuses it")
     mission = document.get("mission")
-    firmware, home, items, made_n = _mission(mission if isinstance(mission, dict) else {}, findings)
+    firmware, home = _vehicle(mission if isinstance(mission, dict) else {}, findings)
+    patterns = _items(mission if isinstance(mission, dict) else {}, findings)
     fence = document.get("geoFence")
-    polygons, circles = fence_shapes(fence if isinstance(fence, dict) else {}, findings)
+    polygons, circles = fence_shapes(fence, findings) if isinstance(fence, dict) else ((), ())
     rally = document.get("rallyPoints")
     points = rally_points(rally, findings) if isinstance(rally, dict) else ()
-    return PlanParts(firmware, home, tuple(items), made_n, polygons, circles, points)
+    return PlanParts(
+        firmware,
+        home,
+        tuple(item for found in patterns.values() for item in found.items),
+        tuple(place for place, found in patterns.items() if found.hollow),
+        sum(found.made_n for found in patterns.values()),
+        polygons,
+        circles,
+        points,
+    )
 
 
-def _mission(
+def _vehicle(
     mission: dict[str, Any], findings: Findings
-) -> tuple[int | None, tuple[float, float, float] | None, list[PlanItem], int]:
+) -> tuple[int | None, tuple[float, float, float] | None]:
+    """The autopilot that it was made for, and the planned home."""
     if not mission:
-        return None, None, [], 0
+        return None, None
     demand(mission, _MISSION, "mission", findings)
     for key in _MISSION_OPTIONAL:
         if key in mission and not is_kind(mission[key], NUMBER):
@@ -80,22 +102,24 @@ def _mission(
         home = point[0], point[1], point[2]
     elif isinstance(mission.get("plannedHomePosition"), list):
         findings.error("mission.plannedHomePosition", "is not [latitude, longitude, height above the sea]")
-    items: list[PlanItem] = []
-    made_n = 0
+    firmware: Any = mission.get("firmwareType")
+    return int(firmware) if is_kind(firmware, NUMBER) else None, home
+
+
+def _items(mission: dict[str, Any], findings: Findings) -> dict[str, Pattern]:
+    """What each entry of the list holds, by its place."""
+    found: dict[str, Pattern] = {}
     listed = mission.get("items")
     for number, item in enumerate(listed if isinstance(listed, list) else (), start=1):
         place = f"item {number}"
         if not isinstance(item, dict):
             findings.error(place, f"is {short(item)}, wanted an object")
         elif item.get("type") == "SimpleItem":
-            items += simple_item(item, place, findings)
+            found[place] = Pattern(tuple(simple_item(item, place, findings)))
         elif item.get("type") == "ComplexItem":
-            inside, made = pattern(item, place, findings)
-            items += inside
-            made_n += made
+            found[place] = pattern(item, place, findings)
         else:
             findings.error(place, f'type is {short(item.get("type"))}, wanted "SimpleItem" or "ComplexItem"')
     if isinstance(listed, list) and not listed:
         findings.error("mission.items", "is empty: there is nothing to fly")
-    firmware: Any = mission.get("firmwareType")
-    return int(firmware) if is_kind(firmware, NUMBER) else None, home, items, made_n
+    return found

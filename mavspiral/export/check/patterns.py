@@ -5,14 +5,14 @@ Sources: SurveyComplexItem, CorridorScanComplexItem, TransectStyleComplexItem, S
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from mavspiral.export.check.camera_calc import judge_camera
 from mavspiral.export.check.findings import Findings
 from mavspiral.export.check.shape import ARRAY, FLAG, NUMBER, OBJECT, demand, place_of, short
 from mavspiral.export.check.simple_item import PlanItem, simple_item
 
-__all__ = ["pattern"]
+__all__ = ["Pattern", "pattern"]
 
 _SURVEY = {"polygon": ARRAY, "angle": NUMBER}
 _CORRIDOR = {"polyline": ARRAY, "CorridorWidth": NUMBER, "EntryPoint": NUMBER}
@@ -41,36 +41,47 @@ _OLD_SURVEYS = (2, 3)
 _LANDINGS = ("fwLandingPattern", "vtolLandingPattern")
 
 
-def pattern(item: dict[str, Any], place: str, findings: Findings) -> tuple[list[PlanItem], int]:
-    """The items that a ComplexItem carries, and how many more QGroundControl makes of it."""
+class Pattern(NamedTuple):
+    """The items that a ComplexItem carries, and whether QGroundControl makes others of it: how many, 0 where unknown."""
+
+    items: tuple[PlanItem, ...] = ()
+    hollow: bool = False
+    made_n: int = 0
+
+
+def pattern(item: dict[str, Any], place: str, findings: Findings) -> Pattern:
+    """What of a ComplexItem could be read."""
     kind = item.get("complexItemType")
     place = f"{place} ({short(kind)})"
     if kind in _LANDINGS:
-        findings.warning(place, "a landing pattern of fixed wings, not judged")
-        return [], 0
+        findings.warning(
+            place, "a landing pattern of fixed wings, not judged: only QGroundControl makes items of it"
+        )
+        return Pattern(hollow=True)
     if not isinstance(kind, str) or kind not in _VERSIONS:
         findings.error(place, "QGroundControl knows no such pattern")
-        return [], 0
+        return Pattern()
     version = item.get("version")
     if version not in _VERSIONS[kind] or isinstance(version, bool):
         wanted = " or ".join(map(str, _VERSIONS[kind]))
         findings.error(place, f"version is {short(version)}, the loader takes {wanted}")
-        return [], 0
+        return Pattern()
     if kind == "survey" and version in _OLD_SURVEYS:
         findings.warning(
-            place, f"a survey of version {version}: QGroundControl makes it anew, it is not judged"
+            place,
+            f"a survey of version {version}: QGroundControl makes it anew, it is not judged. Fix: save it there once more",
         )
-        return [], 0
+        return Pattern(hollow=True)
     if kind == "StructureScan":
-        return [], _structure(item, place, findings)
+        return Pattern(hollow=True, made_n=_structure(item, place, findings))
     keys = {"TransectStyleComplexItem": OBJECT} | (_SURVEY if kind == "survey" else _CORRIDOR)
     if not demand(item, keys, place, findings):
-        return [], 0
+        return Pattern()
     if kind != "survey" or version != 5:
         findings.warning(place, "MAVSDK imports surveys of version 5 and no other pattern")
     transects = item["TransectStyleComplexItem"]
     if not demand(transects, _TRANSECTS, place, findings):
-        return [], 0
+        return Pattern()
     judge_camera(transects["CameraCalc"], place, findings)
     inside: list[PlanItem] = []
     for number, simple in enumerate(transects["Items"], start=1):
@@ -79,7 +90,7 @@ def pattern(item: dict[str, Any], place: str, findings: Findings) -> tuple[list[
             inside += simple_item(simple, within, findings)
         else:
             findings.error(within, "is no SimpleItem")
-    return inside, 0
+    return Pattern(tuple(inside))
 
 
 def _structure(item: dict[str, Any], place: str, findings: Findings) -> int:

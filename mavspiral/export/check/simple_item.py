@@ -15,6 +15,10 @@ __all__ = ["PlanItem", "simple_item"]
 _KEYS = {"command": NUMBER, "frame": NUMBER, "params": ARRAY, "autoContinue": FLAG}
 _ALTITUDE = ("Altitude", "AltitudeMode", "AMSLAltAboveTerrain")
 
+_PLAIN_MODES = (1, 2)
+"""Relative to home, above the sea."""
+_HEIGHT_STEP_M = 0.01
+
 
 @dataclass(frozen=True, slots=True)
 class PlanItem:
@@ -56,6 +60,7 @@ def simple_item(item: dict[str, Any], place: str, findings: Findings) -> Iterato
         value = item[key]
         if not (is_kind(value, NUMBER) or (key == "AMSLAltAboveTerrain" and value is None)):
             findings.error(place, f"{key} is {short(value)}, wanted a number")
+    _judge_height(item, place, findings)
     jump_id = item.get("doJumpId")
     yield PlanItem(
         place,
@@ -64,3 +69,15 @@ def simple_item(item: dict[str, Any], place: str, findings: Findings) -> Iterato
         tuple(math.nan if value is None else float(value) for value in params),
         None if jump_id is None else int(jump_id),
     )
+
+
+def _judge_height(item: dict[str, Any], place: str, findings: Findings) -> None:
+    """The ground station goes by Altitude, MAVSDK and `upload` by params; above terrain they are two heights."""
+    altitude_m, height_m = item.get("Altitude"), item["params"][6]
+    if not is_kind(altitude_m, NUMBER) or not is_kind(height_m, NUMBER):
+        return
+    if item.get("AltitudeMode") in _PLAIN_MODES and abs(altitude_m - height_m) > _HEIGHT_STEP_M:
+        findings.warning(
+            place,
+            f"Altitude is {altitude_m:g}, the height in params {height_m:g}: readers differ on which of them counts",
+        )

@@ -79,7 +79,7 @@ def test_a_wrong_seq_is_answered_with_13_and_ends_the_upload(copter):
 def test_what_is_wrong_with_an_item_is_said(copter, item, result):
     copter.live(4.0)
     assert copter.upload([item]) == result
-    assert not copter.flight.plans.mission
+    assert len(copter.flight.plans.mission) == 1  # home; what came before the refusal stays
 
 
 def test_nan_as_a_waypoints_yaw_is_taken_and_forgotten(copter):
@@ -110,6 +110,156 @@ def test_read_back_item_0_is_home_frame_6_is_3_and_a_waypoint_has_kept_its_delay
     assert (home.command, home.frame) == (16, 0)
     assert (back.frame, back.param1, back.param2, back.param3, back.param4) == (3, 2.0, 0.0, 0.0, 0.0)
     assert (back.x, back.z) == (round(item[2][4] * 1e7), 12.0)
+
+
+def offer(copter, count, kind=0):
+    copter.say(mavlink.MAVLink_mission_count_message(1, 1, count, kind))
+
+
+def offer_part(copter, start, end, kind=0):
+    copter.say(mavlink.MAVLink_mission_write_partial_list_message(1, 1, start, end, kind))
+
+
+def give(copter, seq, kind=0, command=16, p1=0.0, z=5.0):
+    item = mavlink.MAVLink_mission_item_int_message(
+        1, 1, seq, 3, command, 0, 1, p1, 0, 0, 0, 10_000_000 + seq, 20_000_000, z, kind
+    )
+    copter.say(item)
+
+
+def acks(messages):
+    return [ack.type for ack in pick(messages, "MISSION_ACK")]
+
+
+def broken_upload(copter, count=6, given_n=3, kind=0, command=16):
+    """An upload of `count` items that ended by its timeout after `given_n`."""
+    offer(copter, count, kind)
+    copter.live(0.05)
+    for seq in range(given_n):
+        give(copter, seq, kind, command)
+        copter.live(0.05)
+    assert acks(copter.live(8.2)) == [15]
+
+
+def test_an_upload_that_broke_leaves_what_had_come_of_a_mission_and_of_rally_points_but_not_of_a_fence(
+    copter,
+):
+    copter.live(4.0)
+    for kind, command, kept_n in ((0, 16, 3), (1, 5003, 0), (2, 5100, 3)):
+        broken_upload(copter, kind=kind, command=command)
+        copter.say(mavlink.MAVLink_mission_request_list_message(1, 1, kind))
+        (count,) = pick(copter.live(0.05), "MISSION_COUNT")
+        assert (count.count, count.mission_type) == (kept_n, kind)
+
+
+def test_an_offer_cuts_a_longer_mission_to_its_length_and_leaves_a_shorter_one(copter):
+    copter.live(4.0)
+    copter.upload(TWENTY[:4])
+    offer(copter, 3)
+    copter.live(0.05)
+    assert len(copter.flight.plans.mission) == 3
+    offer(copter, 9)
+    copter.live(0.05)
+    assert len(copter.flight.plans.mission) == 3
+
+
+def test_a_partial_list_replaces_items_and_appends_one_behind_the_last(copter):
+    copter.live(4.0)
+    broken_upload(copter)
+    offer_part(copter, 1, 3)
+    (asked,) = pick(copter.live(0.05), "MISSION_REQUEST")
+    assert asked.seq == 1
+    for seq in (1, 2, 3):
+        give(copter, seq, z=70.0 + seq)
+        heard = copter.live(0.05)
+    assert acks(heard) == [0]
+    assert [item.params[6] for item in copter.flight.plans.mission] == [5.0, 71.0, 72.0, 73.0]
+
+
+def test_a_partial_list_and_its_item_in_one_go_are_taken_without_a_request_and_may_be_repeated(copter):
+    copter.live(4.0)
+    broken_upload(copter)
+    for _ in range(2):
+        offer_part(copter, 3, 3)
+        give(copter, 3, z=9.0)
+        heard = copter.live(0.05)
+        assert acks(heard) == [0]
+        assert not pick(heard, "MISSION_REQUEST")
+        assert [item.params[6] for item in copter.flight.plans.mission] == [5.0, 5.0, 5.0, 9.0]
+
+
+@pytest.mark.parametrize(("start", "end"), [(4, 4), (3, 4), (2, 1), (-1, 1)])
+def test_a_partial_list_beyond_the_end_or_backwards_is_rejected(copter, start, end):
+    copter.live(4.0)
+    broken_upload(copter)
+    offer_part(copter, start, end)
+    heard = copter.live(0.05)
+    assert acks(heard) == [1]
+    assert "Flight plan update rejected" in texts(heard)
+
+
+def test_a_partial_list_takes_the_place_of_an_upload_that_is_under_way(copter):
+    copter.live(4.0)
+    offer(copter, 6)
+    copter.live(0.05)
+    give(copter, 0)
+    copter.live(0.05)
+    offer_part(copter, 1, 1)
+    assert [asked.seq for asked in pick(copter.live(0.05), "MISSION_REQUEST")] == [1]
+    give(copter, 1)
+    assert acks(copter.live(0.05)) == [0]
+    assert len(copter.flight.plans.mission) == 2
+
+
+def test_a_partial_list_of_a_fence_replaces_its_corners_and_cannot_lengthen_it(copter):
+    copter.live(4.0)
+    offer(copter, 2, 1)
+    for seq in (0, 1):
+        copter.live(0.05)
+        give(copter, seq, 1, 5003, p1=50.0)
+    copter.live(0.05)
+    offer_part(copter, 1, 1, 1)
+    give(copter, 1, 1, 5003, p1=60.0)
+    assert acks(copter.live(0.05)) == [0]
+    assert [item.params[0] for item in copter.flight.plans.fence] == [50.0, 60.0]
+    offer_part(copter, 2, 2, 1)
+    give(copter, 2, 1, 5003)
+    assert acks(copter.live(0.05)) == [13]
+    assert len(copter.flight.plans.fence) == 2
+
+
+def test_nothing_of_a_list_is_read_back_while_it_is_being_written(copter):
+    copter.live(4.0)
+    copter.upload(TWENTY[:3])
+    offer_part(copter, 1, 1)
+    copter.say(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
+    assert acks(copter.live(0.05)) == [14]
+    assert acks(request(copter, 1)) == [14]
+    copter.say(mavlink.MAVLink_mission_request_list_message(1, 1, 2))
+    assert pick(copter.live(0.05), "MISSION_COUNT")[0].mission_type == 2
+
+
+def test_a_jump_to_behind_all_that_is_there_and_to_come_is_refused(copter):
+    copter.live(4.0)
+    broken_upload(copter)
+    for target, result in ((4.0, 1), (0.0, 1), (1.0, 0)):
+        offer_part(copter, 3, 3)
+        give(copter, 3, command=177, p1=target)
+        assert acks(copter.live(0.05)) == [result]
+
+
+def test_in_flight_a_mission_that_gets_one_more_item_goes_on(copter):
+    copter.live(42.0)
+    copter.upload([TAKEOFF, waypoint(60.0, 0.0), waypoint(60.0, 60.0)])
+    copter.ask(176, 1, 4)
+    copter.ask(400, 1)
+    copter.ask(300)
+    copter.until(lambda: copter.flight.run.seq == 3, 60.0)
+    offer_part(copter, 4, 4)
+    give(copter, 4, command=20)
+    assert acks(copter.live(0.1)) == [0]
+    assert copter.flight.run.seq == 3
+    copter.until(lambda: copter.flight.run.seq == 4, 40.0)
 
 
 def test_fences_and_rally_points_are_kept_beside_the_mission(copter):
