@@ -48,7 +48,6 @@ class Upload:
         self.outcome: Outcome | None = None
         self.differences: tuple[str, ...] = ()
         self._lists, self._firmware = lists, firmware
-        self._now_us = 0
         self._link = Link(tap, signer)
         self._upload: PlanUpload | None = None
         self._heartbeats = Schedule(_HEARTBEAT_US)
@@ -57,7 +56,7 @@ class Upload:
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
-        self._now_us = self._link.now_us = now_us
+        self._link.now_us = now_us
         if self._begun_us is None:
             self._begun_us = now_us
             self._heartbeats.start(now_us)
