@@ -12,7 +12,8 @@ from collections.abc import Callable
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from mavspiral.flight.decoding import CHECKSUM_N, UNCHECKED, Decoder, crc, header
+from mavspiral.flight.decoding import sender
+from mavspiral.flight.framing import CHECKSUM_N, Decoder, crc, sequence_number
 from mavspiral.flight.messages import Command, CommandAck, Heartbeat, ImageCaptured, Message, Target
 from mavspiral.flight.mission_messages import MissionItem
 from mavspiral.flight.signing import SIGNED, Signer
@@ -51,27 +52,27 @@ class Link:
     def receive(self, data: bytes) -> list[Message]:
         """The messages that `data` completes. Garbage is counted and skipped."""
         messages: list[Message] = []
-        for frame, value in self._decoder.frames(data):
+        for frame, kind in self._decoder.frames(data):
             if self._tap is not None:
                 self._tap(self.now_us, frame)
             if self._signer is not None and not self._signer.accepts(frame):
                 continue
-            if value is UNCHECKED:
+            if kind is None:
                 continue
-            message_id, system_id, component_id, seq = header(frame)
+            of = sender(frame)
             if self.vehicle is None:
-                if isinstance(value, Heartbeat):
+                if isinstance(value := kind.value(frame), Heartbeat):
                     messages.append(value)
-                continue
-            if (system_id, component_id) != self.vehicle:
-                if system_id == self.vehicle[0] and isinstance(value, (CommandAck, ImageCaptured)):
-                    messages.append(value)  # its camera's
-                continue
-            if self._is_late(seq):
-                continue
-            self.arrivals[message_id] += 1
-            if value is not None:
-                messages.append(value)  # type: ignore[arg-type]
+            elif of == self.vehicle:
+                if self._is_late(sequence_number(frame)):
+                    continue
+                self.arrivals[kind.message_id] += 1
+                if (value := kind.value(frame)) is not None:
+                    messages.append(value)
+            elif of[0] == self.vehicle[0] and isinstance(
+                value := kind.value(frame), (CommandAck, ImageCaptured)
+            ):
+                messages.append(value)  # its camera's
         return messages
 
     def heartbeat(self) -> bytes:
@@ -203,6 +204,6 @@ class Link:
 def _flagged(frame: bytes) -> bytes:
     """A MAVLink 2 frame of ours that says that it is signed; its signature is still to come."""
     body = frame[1:2] + bytes((SIGNED,)) + frame[3:-CHECKSUM_N]
-    crc_extra = mavlink.mavlink_map[header(frame)[0]].crc_extra
+    crc_extra = mavlink.mavlink_map[int.from_bytes(frame[7:10], "little")].crc_extra
     checksum: int = mavlink.x25crc(body + bytes((crc_extra,))).crc
     return frame[:1] + body + checksum.to_bytes(CHECKSUM_N, "little")
