@@ -65,9 +65,9 @@ class Kind(NamedTuple):
         return self.make(self.unpack_from(payload), frame)
 
 
-def sender(frame: bytes) -> tuple[int, int]:
-    """System and component of a MAVLink 2 or 1 frame."""
-    return (frame[5], frame[6]) if frame[0] == _V2 else (frame[3], frame[4])
+def sender(frame: bytes) -> bytes:
+    """Sequence number, system and component of a MAVLink 2 or 1 frame, a byte each."""
+    return frame[4:7] if frame[0] == _V2 else frame[2:5]
 
 
 def _taking(make: Callable[..., Message], described: Any, names: str) -> _Make:
@@ -84,7 +84,8 @@ def _text(raw: bytes) -> str:
 def _heartbeat(fields: tuple[Any, ...], frame: bytes) -> Heartbeat:
     custom_mode, _, autopilot, base_mode, system_status, _ = fields
     armed = bool(base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
-    return Heartbeat(*sender(frame), autopilot, armed, custom_mode, system_status)
+    _, system_id, component_id = sender(frame)
+    return Heartbeat(system_id, component_id, autopilot, armed, custom_mode, system_status)
 
 
 def _version(flight_sw_version: int, capabilities: int) -> AutopilotVersion:

@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from mavspiral.flight.decoding import KINDS, Kind
 
-__all__ = ["CHECKSUM_N", "Decoder", "crc", "sequence_number"]
+__all__ = ["CHECKSUM_N", "Decoder", "crc"]
 
 CHECKSUM_N = 2
 
@@ -88,8 +88,3 @@ def _size(buffer: bytes, at: int) -> int:
     if buffer[at + 2] & ~mavlink.MAVLINK_IFLAG_SIGNED:
         return 0
     return 12 + buffer[at + 1] + (_SIGNATURE_N if buffer[at + 2] else 0)
-
-
-def sequence_number(frame: bytes) -> int:
-    """Of a MAVLink 2 or 1 frame."""
-    return frame[4] if frame[0] == _V2 else frame[2]

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from pymavlink.dialects.v20 import common as mavlink
 
 from mavspiral.flight.decoding import sender
-from mavspiral.flight.framing import CHECKSUM_N, Decoder, crc, sequence_number
-from mavspiral.flight.messages import Command, CommandAck, Heartbeat, ImageCaptured, Message, Target
+from mavspiral.flight.framing import CHECKSUM_N, Decoder, crc
+from mavspiral.flight.messages import Command, CommandAck, Heartbeat, ImageCaptured, Message, Setpoint
 from mavspiral.flight.mission_messages import MissionItem
 from mavspiral.flight.signing import SIGNED, Signer
 
@@ -25,6 +25,8 @@ COMPONENT_ID = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
 LATE_N = 32  # a sequence number this far behind the newest was overtaken; further behind, many were lost
 
 _SETPOINT = mavlink.MAVLink_set_position_target_local_ned_message
+_SETPOINT_PACK = _SETPOINT.unpacker.pack
+_SETPOINT_EXTRA = bytes((_SETPOINT.crc_extra,))
 
 
 class Link:
@@ -59,17 +61,17 @@ class Link:
                 continue
             if kind is None:
                 continue
-            of = sender(frame)
+            seq, system_id, component_id = sender(frame)
             if self.vehicle is None:
                 if isinstance(value := kind.value(frame), Heartbeat):
                     messages.append(value)
-            elif of == self.vehicle:
-                if self._is_late(sequence_number(frame)):
+            elif (system_id, component_id) == self.vehicle:
+                if self._is_late(seq):
                     continue
                 self.arrivals[kind.message_id] += 1
                 if (value := kind.value(frame)) is not None:
                     messages.append(value)
-            elif of[0] == self.vehicle[0] and isinstance(
+            elif system_id == self.vehicle[0] and isinstance(
                 value := kind.value(frame), (CommandAck, ImageCaptured)
             ):
                 messages.append(value)  # its camera's
@@ -147,15 +149,13 @@ class Link:
         """A MISSION_ACK: all items of a download have come."""
         return self._pack(mavlink.MAVLink_mission_ack_message(*self._addressee, 0, kind))
 
-    def setpoint(self, time_boot_ms: int, target: Target, *, type_mask: int, coordinate_frame: int) -> bytes:
+    def setpoint(
+        self, time_boot_ms: int, setpoint: Setpoint, *, type_mask: int, coordinate_frame: int
+    ) -> bytes:
         """A SET_POSITION_TARGET_LOCAL_NED, packed straight from the dialect's own format."""
-        payload = _SETPOINT.unpacker.pack(
+        payload = _SETPOINT_PACK(
             time_boot_ms & 0xFFFFFFFF,
-            *target.position_ned_m,
-            *target.velocity_ned_mps,
-            *target.acceleration_ned_mps2,
-            target.yaw_ned_rad,
-            target.yaw_rate_ned_radps,
+            *setpoint,
             type_mask,
             *self._addressee,
             coordinate_frame,
@@ -163,7 +163,7 @@ class Link:
         body = bytes((len(payload), 0, 0, self._packer.seq, SYSTEM_ID, COMPONENT_ID, _SETPOINT.id, 0, 0)) + (
             payload or b"\0"
         )
-        checksum = crc(body + bytes((_SETPOINT.crc_extra,)), 0xFFFF).to_bytes(CHECKSUM_N, "little")
+        checksum = crc(body + _SETPOINT_EXTRA, 0xFFFF).to_bytes(CHECKSUM_N, "little")
         return self._sent(b"\xfd" + body + checksum)
 
     @property

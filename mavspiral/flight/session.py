@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import LimitError, LinkError, MavspiralError
@@ -20,7 +21,19 @@ from mavspiral.flight.energy import Battery
 from mavspiral.flight.failsafes import left_as_set
 from mavspiral.flight.flight_log import Event, FlightLog
 from mavspiral.flight.link import Link
-from mavspiral.flight.messages import Command, Heartbeat, Message, MessageId, Origin, StatusText, SystemStatus
+from mavspiral.flight.messages import (
+    Command,
+    CommandAck,
+    GpsFix,
+    Heartbeat,
+    ImageCaptured,
+    LocalPosition,
+    Message,
+    MessageId,
+    Origin,
+    StatusText,
+    SystemStatus,
+)
 from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.px4 import PX4
@@ -89,6 +102,13 @@ class Session:
         self._battery_looks = Schedule(_HEARTBEAT_US)
         self._battery = Battery()
         self._doubts = Doubts(config.governor.reserve_m)
+        self._listeners: dict[type, Callable[[Any], None]] = {
+            LocalPosition: self._doubts.heard,
+            GpsFix: self._doubts.heard,
+            StatusText: self._hear_text,
+        }
+        if self._shutter is not None:
+            self._listeners |= {ImageCaptured: self._shutter.heard, CommandAck: self._shutter.heard}
         self._begun = False
         self._out: list[bytes] = []
         self._told_n = 0
@@ -240,12 +260,8 @@ class Session:
                 s.telemetry = TelemetryRequest(s.profile)
             self._heard_us = s.now_us
             s.vehicle.note(message)
-            self._doubts.heard(message)
-            if self._shutter is not None:
-                self._shutter.heard(message)
-            if isinstance(message, StatusText) and message != self._said:
-                self._said = message
-                s.tell("warning" if message.severity <= _WARNING else "info", f"vehicle: {message.text}")
+            if (listener := self._listeners.get(message.__class__)) is not None:
+                listener(message)
         local = s.vehicle.local
         if local is None or local is local_before:
             return
@@ -253,6 +269,11 @@ class Session:
         s.clock.observe(s.now_us, local.time_boot_ms)
         if s.follower is not None:
             s.follower.heard(local.time_boot_ms * 1000.0, s.vehicle.position_ned_m)
+
+    def _hear_text(self, said: StatusText) -> None:
+        if said != self._said:
+            self._said = said
+            self._s.tell("warning" if said.severity <= _WARNING else "info", f"vehicle: {said.text}")
 
     def _watch(self) -> None:
         silence_s = (self._s.now_us - self._heard_us) * 1e-6
@@ -271,10 +292,13 @@ class Session:
         elif self._mode_reached or beat.custom_mode != self._entry_mode:
             self._hands_off(beat)
             return
-        self._watch_origin()
+        s = self._s
+        if s.vehicle.origin != s.origin or s.now_us >= self._origin_requests.due_us:
+            self._watch_origin()
         self._watch_position()
         self._watch_following()
-        self._watch_battery()
+        if s.now_us >= self._battery_looks.due_us:
+            self._watch_battery()
 
     def _watch_origin(self) -> None:
         s = self._s

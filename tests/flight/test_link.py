@@ -22,6 +22,10 @@ from mavspiral.flight.messages import (
 TARGET = Target((1.5, -2.25, -30.125), (3.0, 0.5, -0.25), (0.1, -0.2, 0.3), -3.0, 0.25)
 
 
+def flat(target):
+    return (*target[0], *target[1], *target[2], target[3], target[4])
+
+
 def vehicle(seq=0, system=1, component=1):
     mav = mavlink.MAVLink(None, system, component)
     mav.seq = seq
@@ -64,9 +68,9 @@ def test_a_setpoint_is_pymavlink_s_byte_for_byte(target, mask, frame):
         message = mavlink.MAVLink_set_position_target_local_ned_message(
             4_000_000_000, 1, 1, frame, mask, *target[0], *target[1], *target[2], target[3], target[4]
         )
-        assert link.setpoint(4_000_000_000, target, type_mask=mask, coordinate_frame=frame) == message.pack(
-            theirs
-        )
+        assert link.setpoint(
+            4_000_000_000, flat(target), type_mask=mask, coordinate_frame=frame
+        ) == message.pack(theirs)
         theirs.seq += 1
 
 
@@ -75,7 +79,7 @@ def test_sequence_numbers_run_through_all_frames_and_wrap():
     seen = []
     for _ in range(130):
         seen.append(link.heartbeat()[4])
-        seen.append(link.setpoint(0, TARGET, type_mask=0, coordinate_frame=1)[4])
+        seen.append(link.setpoint(0, flat(TARGET), type_mask=0, coordinate_frame=1)[4])
     assert seen == [i % 256 for i in range(260)]
 
 
