@@ -15,6 +15,7 @@ CHECKSUM_N = 2
 
 _V2, _V1 = 0xFD, 0xFE
 _START = re.compile(b"[\xfd\xfe]", re.DOTALL)
+_LEAST_N = 12  # of a MAVLink 2 frame: its header and its checksum
 _SIGNATURE_N = mavlink.MAVLINK_SIGNATURE_BLOCK_LEN
 crc: Callable[[bytes, int], int] = getattr(mavlink, "mcrf4xx", None) or (
     lambda data, _: mavlink.x25crc(data).crc
@@ -49,7 +50,8 @@ class Decoder:
                 at = skipped_to
                 if start is None:
                     break
-            end = at + _size(buffer, at)
+            unsigned = came_to - at > 2 and buffer[at] == _V2 and not buffer[at + 2]
+            end = at + (_LEAST_N + buffer[at + 1] if unsigned else _size(buffer, at))
             if end > came_to:
                 break
             frame = buffer[at:end]
@@ -84,7 +86,7 @@ def _size(buffer: bytes, at: int) -> int:
     if buffer[at] == _V1:
         return 8 + (buffer[at + 1] if at + 1 < len(buffer) else 0)
     if at + 2 >= len(buffer):
-        return 12
+        return _LEAST_N
     if buffer[at + 2] & ~mavlink.MAVLINK_IFLAG_SIGNED:
         return 0
-    return 12 + buffer[at + 1] + (_SIGNATURE_N if buffer[at + 2] else 0)
+    return _LEAST_N + buffer[at + 1] + (_SIGNATURE_N if buffer[at + 2] else 0)

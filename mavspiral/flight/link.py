@@ -66,8 +66,11 @@ class Link:
                 if isinstance(value := kind.value(frame), Heartbeat):
                     messages.append(value)
             elif (system_id, component_id) == self.vehicle:
-                if self._is_late(seq):
+                newest = self._newest_seq
+                if newest is not None and (newest - seq) % 256 < LATE_N:
+                    self.late_n += 1
                     continue
+                self._newest_seq = seq
                 self.arrivals[kind.message_id] += 1
                 if (value := kind.value(frame)) is not None:
                     messages.append(value)
@@ -181,13 +184,6 @@ class Link:
         if self.vehicle is None:
             raise RuntimeError("no vehicle to address: set `vehicle` from its heartbeat first")
         return self.vehicle
-
-    def _is_late(self, seq: int) -> bool:
-        if self._newest_seq is not None and (self._newest_seq - seq) % 256 < LATE_N:
-            self.late_n += 1
-            return True
-        self._newest_seq = seq
-        return False
 
     def _pack(self, message: mavlink.MAVLink_message) -> bytes:
         return self._sent(message.pack(self._packer))

@@ -276,11 +276,12 @@ class Session:
             self._s.tell("warning" if said.severity <= _WARNING else "info", f"vehicle: {said.text}")
 
     def _watch(self) -> None:
-        silence_s = (self._s.now_us - self._heard_us) * 1e-6
-        if self._s.link.vehicle is not None and silence_s > self._s.config.lost_after_s:
+        s = self._s
+        silence_s = (s.now_us - self._heard_us) * 1e-6
+        if silence_s > s.config.lost_after_s and s.link.vehicle is not None:
             self._conclude(f"link lost: nothing came for {silence_s:.0f} s", LinkError.exit_code)
             return
-        beat = self._s.vehicle.heartbeat
+        beat = s.vehicle.heartbeat
         if self._row.modes is None or beat is None:
             return
         if not beat.armed:
@@ -292,7 +293,6 @@ class Session:
         elif self._mode_reached or beat.custom_mode != self._entry_mode:
             self._hands_off(beat)
             return
-        s = self._s
         if s.vehicle.origin != s.origin or s.now_us >= self._origin_requests.due_us:
             self._watch_origin()
         self._watch_position()
@@ -394,7 +394,7 @@ class Session:
                 self._conclude(str(refusal), refusal.exit_code)
             else:
                 self._give_up(f"{refusal}; landing", State.LAND)
-        if self.outcome is None and s.elapsed_s > self._row.within_s:
+        if self.outcome is None and (s.now_us - s.entered_us) * 1e-6 > self._row.within_s:
             self._too_late(self._row)
         ask = self._row.ask
         if self.outcome is None and ask is not None and s.now_us >= self._ask_due_us:

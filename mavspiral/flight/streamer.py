@@ -58,7 +58,7 @@ class Streamer:
 
     def _tell_leg(self, path_t_s: float) -> None:
         s = self._s
-        if s.trajectory is None or math.isnan(path_t_s):
+        if s.trajectory is None or path_t_s != path_t_s:  # NaN: off the trajectory
             return
         leg = bisect.bisect_right(s.leg_begins_s, path_t_s) - 1
         if leg != self._leg:
