@@ -80,9 +80,9 @@ class Upload:
         return Step(out, min(now_us + _TICK_US, self._heartbeats.due_us), self._progress(self._begun_us))
 
     def _progress(self, begun_us: int) -> tuple[Event, ...]:
-        if self._upload is None or self.outcome is not None or not self._told.take(self._now_us):
+        if self._upload is None or self.outcome is not None or not self._told.take(self._link.now_us):
             return ()
-        return (Event(self._now_us - begun_us, "info", self._upload.progress),)
+        return (Event(self._link.now_us - begun_us, "info", self._upload.progress),)
 
     def stop(self) -> None:
         """Ends it: what has not been sent stays unsent."""
