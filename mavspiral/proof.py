@@ -46,14 +46,13 @@ def proof_of(
 ) -> tuple[Clearance, Certificate]:
     """The clearance from the solids all along a trajectory, and every limit of the mission against it."""
     limits = limits_of(mission)
+
+    def measured() -> Clearance:
+        states = trajectory.sampled(CLEARANCE_GRID_S)
+        return measure_clearance(states, solids, reaction_s=REACTION_S, braking_mps2=limits.acceleration_mps2)
+
     with ThreadPoolExecutor(max_workers=2) as beside:  # all of it kernels that run without the interpreter
-        measuring = beside.submit(
-            measure_clearance,
-            trajectory.sampled(CLEARANCE_GRID_S),
-            solids,
-            reaction_s=REACTION_S,
-            braking_mps2=limits.acceleration_mps2,
-        )
+        measuring = beside.submit(measured)
         peaks = peaks_of(trajectory, trajectory.grid_s(GRID_S), beside)
         clearance = measuring.result()
     return clearance, Certificate(
