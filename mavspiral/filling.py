@@ -125,7 +125,7 @@ def _joined(
         passes = _in_order((*inspection.passes, *more), home_enu_m, pace)
         tour = tour_of(passes, ways)
         trajectory = route_of(site, tour, home_enu_m, ways)
-        clearance, certificate = proof_of(mission, site, trajectory, ways.clearance_m)
+        clearance, certificate = proof_of(mission, ways.solids, trajectory, ways.clearance_m)
         if not certificate.ok:
             raise LimitError("; ".join(failures_of(mission, site, trajectory, certificate)))
         return replace(

@@ -64,7 +64,7 @@ def plan(mission: Mission, on_stage: Callable[[str], None] = lambda stage: None)
     trajectory = route_of(site, tour, home, ways)
     watch.lap("transits")
 
-    clearance, certificate = proof_of(mission, site, trajectory, required_m)
+    clearance, certificate = proof_of(mission, ways.solids, trajectory, required_m)
     watch.lap("certificate")
     judge_limits(mission, site, trajectory, certificate)
 

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mavspiral.arrays import FloatArray
 from mavspiral.brief import camera_of, demand_of, limits_of
 from mavspiral.errors import LimitError
 from mavspiral.mission import Mission
-from mavspiral.motion.trajectory import Trajectory, during
+from mavspiral.motion.trajectory import Trajectory
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey.certificate import (
     STRAIGHT_ON,
     Certificate,
-    LimitFigure,
     blur_figure,
     ceiling_figure,
     clearance_figures,
@@ -29,7 +25,9 @@ from mavspiral.survey.certificate import (
 from mavspiral.survey.clearance import Clearance, measure_clearance, run_on_m
 from mavspiral.survey.coverage import Coverage, measure_coverage
 from mavspiral.survey.patches import Patches
+from mavspiral.survey.peaks import peaks_of
 from mavspiral.survey.shots import Shots, shots_of
+from mavspiral.survey.solids import Solids
 from mavspiral.tour.obstacle import nearest_obstacle
 from mavspiral.tour.passes import Pass
 from mavspiral.tour.transit import REACTION_S
@@ -39,55 +37,33 @@ __all__ = ["CLEARANCE_GRID_S", "failures_of", "judge_limits", "judge_sight", "pr
 GRID_S = 0.01
 """Limits are judged on this grid."""
 
-BLOCK = 8191
-"""So many moments of it at once: what lies between then stays in the processor's cache, and two cores share them."""
-
 CLEARANCE_GRID_S = 0.2
 """Clearance is that of the straight ways between places this far apart: at 5 m/s and 2 m/s² within 1 cm of the curve."""
 
 
 def proof_of(
-    mission: Mission, site: Site, trajectory: Trajectory, required_m: float
+    mission: Mission, solids: Solids, trajectory: Trajectory, required_m: float
 ) -> tuple[Clearance, Certificate]:
-    """The clearance all along a trajectory, and every limit of the mission against it."""
-    limits, camera = limits_of(mission), camera_of(mission)
-    t_s = trajectory.grid_s(GRID_S)
-    # Neighbours share a moment, so that no step from one to the next is overlooked.
-    blocks_s = [t_s[first : first + BLOCK + 1] for first in range(0, len(t_s) - 1, BLOCK)]
+    """The clearance from the solids all along a trajectory, and every limit of the mission against it."""
+    limits = limits_of(mission)
 
-    def judged(block_s: FloatArray) -> tuple[tuple[LimitFigure, ...], list[LimitFigure]]:
-        """The figures of all the way, and of the pictures taken."""
-        states = trajectory(block_s)
-        blurs = [
-            blur_figure(leg.sight, seen, camera, mission.quality.blur_max_px)
-            for leg in trajectory.legs
-            if leg.sight is not None
-            for seen in (during(states, trajectory.span_s(leg.name)),)
-            if len(seen.t_s) > 1
-        ]
-        always = (*motion_figures(states, limits), gimbal_figure(states), ceiling_figure(states, ceiling_m))
-        return always, blurs
+    def measured() -> Clearance:
+        states = trajectory.sampled(CLEARANCE_GRID_S)
+        return measure_clearance(states, solids, reaction_s=REACTION_S, braking_mps2=limits.acceleration_mps2)
 
-    ceiling_m = mission.limits.ceiling_m
     with ThreadPoolExecutor(max_workers=2) as beside:  # all of it kernels that run without the interpreter
-        measuring = beside.submit(
-            measure_clearance,
-            trajectory.sampled(CLEARANCE_GRID_S),
-            site,
-            reaction_s=REACTION_S,
-            braking_mps2=limits.acceleration_mps2,
-        )
-        figures = list(beside.map(judged, blocks_s))
+        measuring = beside.submit(measured)
+        peaks = peaks_of(trajectory, trajectory.grid_s(GRID_S), beside)
         clearance = measuring.result()
-    *motion, gimbal, height = (_worst(same) for same in zip(*(always for always, _ in figures), strict=True))
-    blur = _worst(chain.from_iterable(blurs for _, blurs in figures))
-    distances = clearance_figures(clearance, required_m=required_m, vehicle_radius_m=mission.vehicle.radius_m)
-    return clearance, Certificate((*motion, blur, gimbal, *distances, height))
-
-
-def _worst(figures: Iterable[LimitFigure]) -> LimitFigure:
-    """The first of the greatest."""
-    return max(figures, key=lambda figure: figure.worst)
+    return clearance, Certificate(
+        (
+            *motion_figures(peaks, limits),
+            blur_figure(peaks, camera_of(mission), mission.quality.blur_max_px),
+            gimbal_figure(peaks),
+            *clearance_figures(clearance, required_m=required_m, vehicle_radius_m=mission.vehicle.radius_m),
+            ceiling_figure(peaks, mission.limits.ceiling_m),
+        )
+    )
 
 
 def failures_of(

@@ -54,16 +54,17 @@ class YawSpline(Differentiable):
 def _spline(u: FloatArray, knots: FloatArray, knot_rad: float) -> FloatArray:
     """A uniform cubic B-spline and two derivatives at `u` (M,), `(3, M)`."""
     out = np.empty((3, u.size))
+    per_knot = 1.0 / knot_rad
     for i in range(u.size):
-        x = u[i] / knot_rad
-        k = min(max(int(np.floor(x)), 0), knots.size - 4)
+        x = u[i] * per_knot
+        k = min(max(int(x), 0), knots.size - 4)
         t = min(max(x - k, 0.0), 1.0)
         a, b, c, d = knots[k], knots[k + 1], knots[k + 2], knots[k + 3]
-        bend, twist = 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) / 6.0
+        bend, twist = 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) * (1.0 / 6.0)
         slope = 0.5 * (c - a)
-        out[0, i] = (a + 4.0 * b + c) / 6.0 + t * (slope + t * (bend + t * twist))
-        out[1, i] = (slope + t * (2.0 * bend + t * 3.0 * twist)) / knot_rad
-        out[2, i] = (2.0 * bend + t * 6.0 * twist) / (knot_rad * knot_rad)
+        out[0, i] = (a + 4.0 * b + c) * (1.0 / 6.0) + t * (slope + t * (bend + t * twist))
+        out[1, i] = (slope + t * (2.0 * bend + t * 3.0 * twist)) * per_knot
+        out[2, i] = (2.0 * bend + t * 6.0 * twist) * (per_knot * per_knot)
     return out
 
 

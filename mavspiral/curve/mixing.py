@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 
-__all__ = ["BASIS", "DEGREE", "mixed_series"]
+__all__ = ["BASIS", "DEGREE", "LANES", "NEAR_RAD", "mixed_series", "turned"]
 
 DEGREE = 4
 """Quartic: C³. A span of the phase mixes DEGREE + 1 keys."""
@@ -32,6 +32,17 @@ LANES = 64
 """So many phases of one span are worked out side by side: the processor takes several at a time."""
 NEAR_RAD = 0.4
 """They are no farther than this from the first of them: their sines are then short polynomials, exact to rounding."""
+
+
+@njit(cache=True, nogil=True)
+def turned(cos: float, sin: float, x: float) -> tuple[float, float]:
+    """Cosine and sine of an angle that is `x`, up to `NEAR_RAD`, more than the one whose they are given."""
+    y = x * x
+    even = odd = 1.0
+    for m in range(14, 0, -2):
+        even = 1.0 - even * y * (1.0 / (m * (m - 1)))
+        odd = 1.0 - odd * y * (1.0 / (m * (m + 1)))
+    return cos * even - sin * odd * x, sin * even + cos * odd * x
 
 
 @njit(cache=True, nogil=True)
@@ -61,14 +72,7 @@ def mixed_series(
             still = still and of_key[span + k] == of_key[span]
         begin_cos, begin_sin = np.cos(begin), np.sin(begin)
         for i in range(lanes):
-            x = u[first + i] - begin
-            y = x * x
-            even = odd = 1.0
-            for m in range(14, 0, -2):
-                even = 1.0 - even * y * (1.0 / (m * (m - 1)))
-                odd = 1.0 - odd * y * (1.0 / (m * (m + 1)))
-            turn[0, i] = begin_cos * even - begin_sin * odd * x
-            turn[1, i] = begin_sin * even + begin_cos * odd * x
+            turn[0, i], turn[1, i] = turned(begin_cos, begin_sin, u[first + i] - begin)
         for k in range(1 if still else 5):
             outline = spectra[of_key[span + k]]
             wave[0], wave[1] = 1.0, 0.0

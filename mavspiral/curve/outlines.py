@@ -9,6 +9,7 @@ behind.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,12 +56,17 @@ def key_outlines(
     Above the roof under the anchor, where there is nothing left to go around, the outline stays as it is.
     """
 
+    @cache
+    def cut_above(height_m: float) -> Slice:
+        return solid.slice(height_m, standoff_m, corner_radius_m)
+
     def cut_at(height_m: float) -> Slice:
-        return solid.slice(float(height_m), standoff_m, corner_radius_m)
+        return cut_above(max(float(height_m), lowest_roof_m))  # below all roofs one slice is like another
 
     def outline(cut: Slice) -> Ring | None:
         return ring(solid, cut, anchor_enu_m=anchor_enu_m, corner_radius_m=corner_radius_m)
 
+    lowest_roof_m = float(solid.levels_m[0])
     cut = cut_at(heights_m[0])
     target = outline(cut)
     if target is None:

@@ -17,7 +17,7 @@ from mavspiral.arrays import FloatArray
 from mavspiral.curve.climb import Climb
 from mavspiral.curve.fourier import harmonics_needed
 from mavspiral.curve.keyed import KeyedPath
-from mavspiral.curve.mixing import DEGREE
+from mavspiral.curve.mixing import BASIS, DEGREE
 from mavspiral.curve.outlines import key_outlines
 from mavspiral.errors import InputError, LimitError
 from mavspiral.shape.parts import Part
@@ -67,6 +67,19 @@ class SpiralPath(KeyedPath):
     def put_height(self, u_rad: FloatArray, jet: FloatArray) -> None:
         """Writes the climb at `u_rad` (M,) into `jet` (4, M)."""
         self.climb.put(u_rad, jet)
+
+    def places_begun(self, u_rad: float, phases_rad: FloatArray) -> FloatArray:
+        """Where the same outlines, begun each of the phases (n,) further along them, are at `u_rad`: `(n, 3)`.
+
+        What `begun(phase)(u_rad)` tells, for all of them at once.
+        """
+        span = min(max(int(np.floor(u_rad / self.key_rad)), 0), len(self.of_key) - DEGREE - 1)
+        share = min(max(u_rad / self.key_rad - span, 0.0), 1.0)
+        weights = BASIS[0] @ share ** np.arange(DEGREE + 1)
+        mixed = np.tensordot(weights, self.coefficients_m[self.of_key[span : span + DEGREE + 1]], axes=1)
+        waves = np.exp(1j * np.outer(phases_rad + u_rad, np.arange(self.harmonics + 1)))
+        height_m = np.full(len(phases_rad), float(self.climb(u_rad)))
+        return np.column_stack([(waves @ mixed).real, height_m])
 
 
 class TooNearError(LimitError):

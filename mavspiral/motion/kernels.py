@@ -60,38 +60,44 @@ def rate_caps(table: FloatArray, limits: FloatArray) -> FloatArray:
 def fastest_rates(
     table: FloatArray, du: float, caps: FloatArray, limits: FloatArray, slowness: FloatArray
 ) -> FloatArray:
-    """The largest u̇ at each row, from rest to rest, without jerk: one pass back, one pass forth."""
+    """The largest u̇ at each row, from rest to rest, without jerk: one pass back, one pass forth.
+
+    Each row waits for its neighbour's b, so what does not depend on that is worked out apart: by Lagrange's identity
+    both passes need no more of p′ and p″ than |p′ × p″|², and no division is waited for.
+    """
     n = len(table)
     b = np.zeros(n)
     q = 0.5 / du
     for i in range(n - 2, 0, -1):  # the largest b from which some allowed a leads to b_{i+1} or below
         x1, y1, z1, x2, y2, z2, _, _, _, w1, w2 = table[i]
-        cap = caps[i] / slowness[i] ** 2
-        most = limits[3] / slowness[i] ** 2
-        most_yaw = limits[6] / slowness[i] ** 2
-        # On the line a = q·(b_{i+1} - b): |e·b + f| ≤ A and |g·b + h| ≤ α.
+        ease = 1.0 / (slowness[i] * slowness[i])
+        cap, most, most_yaw = caps[i] * ease, limits[3] * ease, limits[6] * ease
+        cross2 = (y1 * z2 - z1 * y2) ** 2 + (z1 * x2 - x1 * z2) ** 2 + (x1 * y2 - y1 * x2) ** 2
+        # On the line a = q·(b_{i+1} - b): |e·b + r·p′| ≤ A and |g·b + r·ψ′| ≤ α.
         ex, ey, ez, g = x2 - q * x1, y2 - q * y1, z2 - q * z1, w2 - q * w1
+        ee, ep = ex * ex + ey * ey + ez * ez, ex * x1 + ey * y1 + ez * z1
+        per_ee, per_g = 1.0 / ee, 1.0 / g if g != 0.0 else 0.0
+        reach2 = ee * most * most
         r = q * b[i + 1]
-        fx, fy, fz, h = r * x1, r * y1, r * z1, r * w1
-        ee, ef, ff = ex * ex + ey * ey + ez * ez, ex * fx + ey * fy + ez * fz, fx * fx + fy * fy + fz * fz
-        root = ef * ef - ee * (ff - most * most)
+        root = reach2 - r * r * cross2
         b[i] = cap  # if the line misses the allowed set, the set lies wholly below it
         if root >= 0.0:
-            low, high = (-ef - math.sqrt(root)) / ee, (-ef + math.sqrt(root)) / ee
+            side = math.sqrt(root)
+            low, high = (-r * ep - side) * per_ee, (-r * ep + side) * per_ee
             if g != 0.0:
-                middle, half = -h / g, abs(most_yaw / g)
+                middle, half = -r * w1 * per_g, most_yaw * abs(per_g)
                 low, high = max(low, middle - half), min(high, middle + half)
             if low <= high:
                 b[i] = min(cap, high)
     b[0] = 0.0
     for i in range(n - 2):  # the largest allowed a that stays at or below it
         x1, y1, z1, x2, y2, z2, _, _, _, w1, w2 = table[i]
-        most = limits[3] / slowness[i] ** 2
-        most_yaw = limits[6] / slowness[i] ** 2
+        ease = 1.0 / (slowness[i] * slowness[i])
+        most, most_yaw = limits[3] * ease, limits[6] * ease
         metric, mixed = x1 * x1 + y1 * y1 + z1 * z1, x1 * x2 + y1 * y2 + z1 * z2
-        square = x2 * x2 + y2 * y2 + z2 * z2
-        root = (mixed * b[i]) ** 2 - metric * (square * b[i] * b[i] - most * most)
-        a = (-mixed * b[i] + math.sqrt(max(root, 0.0))) / metric
+        cross2 = (y1 * z2 - z1 * y2) ** 2 + (z1 * x2 - x1 * z2) ** 2 + (x1 * y2 - y1 * x2) ** 2
+        per_metric, reach2 = 1.0 / metric, metric * most * most
+        a = (math.sqrt(max(reach2 - b[i] * b[i] * cross2, 0.0)) - mixed * b[i]) * per_metric
         if w1 != 0.0:
             a = min(a, most_yaw / abs(w1) - w2 / w1 * b[i])
         b[i + 1] = max(0.0, min(b[i + 1], b[i] + 2.0 * a * du))
@@ -166,38 +172,44 @@ def demand(
     table: FloatArray,
     du: float,
     limits: FloatArray,
+    blur: FloatArray,
     dt: float,
     u: FloatArray,
     u1: FloatArray,
     u2: FloatArray,
 ) -> FloatArray:
-    """How many times slower each knot would have to be passed to be within every limit; 1 is just so."""
+    """How many times slower each knot would have to be passed to be within every limit; 1 is just so.
+
+    `blur` is 1/u̇ of the fastest way past each row for the sake of the pictures, or empty.
+    """
     # A division takes as long as a dozen products.
     per_speed, per_climb, per_descent, per_acceleration, per_jerk, per_yaw_rate, per_bend = 1.0 / limits
     per_du, per_dt = 1.0 / du, 1.0 / dt
     n = len(u)
     ratios = np.zeros(n)
     row = np.empty(11)
+    before = 0.0
     for k in range(n):
         x = u[k] * per_du
         i = min(max(int(x), 1), len(table) - 3)
         s = x - i
         # Cubic through four rows.
         c0, c3 = s * (s - 1.0) * (s - 2.0) * (-1.0 / 6.0), (s + 1.0) * s * (s - 1.0) * (1.0 / 6.0)
-        c1, c2 = (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0, -(s + 1.0) * s * (s - 2.0) / 2.0
+        c1, c2 = (s + 1.0) * (s - 1.0) * (s - 2.0) * 0.5, (s + 1.0) * s * (s - 2.0) * -0.5
         for c in range(11):
             row[c] = c0 * table[i - 1, c] + c1 * table[i, c] + c2 * table[i + 1, c] + c3 * table[i + 2, c]
         v, a = u1[k], u2[k]
-        before = (a - u2[k - 1]) * per_dt if k > 0 else 0.0
         after = (u2[k + 1] - a) * per_dt if k < n - 1 else 0.0
+        v2, v3, va = v * v, v * v * v, 3.0 * v * a
         velocity2 = acceleration2 = jerk2_before = jerk2_after = 0.0
         for c in range(3):
             p1, p2, p3 = row[c], row[3 + c], row[6 + c]
             velocity2 += (p1 * v) ** 2
-            acceleration2 += (p2 * v * v + p1 * a) ** 2
-            steady = p3 * v * v * v + 3.0 * p2 * v * a
+            acceleration2 += (p2 * v2 + p1 * a) ** 2
+            steady = p3 * v3 + p2 * va
             jerk2_before += (steady + p1 * before) ** 2
             jerk2_after += (steady + p1 * after) ** 2
+        before = after
         rise = row[2] * v
         ratio = max(
             math.sqrt(velocity2) * per_speed,
@@ -205,9 +217,10 @@ def demand(
             -rise * per_descent,
             abs(row[9] * v) * per_yaw_rate,
         )
-        second = max(
-            math.sqrt(acceleration2) * per_acceleration, abs(row[10] * v * v + row[9] * a) * per_bend
-        )
+        if len(blur):
+            j = min(int(x), len(blur) - 2)
+            ratio = max(ratio, v * (blur[j] + (x - j) * (blur[j + 1] - blur[j])))
+        second = max(math.sqrt(acceleration2) * per_acceleration, abs(row[10] * v2 + row[9] * a) * per_bend)
         if second > ratio**2:
             ratio = math.sqrt(second)
         third = math.sqrt(max(jerk2_before, jerk2_after)) * per_jerk

@@ -42,46 +42,50 @@ def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, si
     """
     bounds = np.array(astuple(limits))
 
-    def look(t_s: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-        """The factors at `t_s` (M,), with u⃛ as it is before and after, `(2, M)`."""
-        blocks = [slice(first, first + BLOCK) for first in range(0, len(t_s), BLOCK)]
-        if len(blocks) == 1:
-            return block(t_s, before, after)
-        with ThreadPoolExecutor(max_workers=2) as both:  # kernels that run without the interpreter
-            found = list(both.map(lambda here: block(t_s[here], before[here], after[here]), blocks))
-        return np.concatenate(found, axis=1)
+    def look(u: FloatArray, u1: FloatArray, u2: FloatArray, jerks: FloatArray) -> FloatArray:
+        """The factors where the law is u, u̇, ü (M,), with u⃛ as it is before and after, `(2, M)`."""
+        blocks = [slice(first, first + BLOCK) for first in range(0, len(u), BLOCK)]
 
-    def block(t_s: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-        u, u1, u2, _ = law.derivatives(t_s)
-        way, yaw, tilt = path.jet(u), gaze.jet(u), pitch.jet(u)
-        turning = np.abs(tilt[1] * u1) / GIMBAL_RADPS
-        if sight is not None:
-            passing_mps = u1 * sight.passing(way[1], yaw[:2], tilt[:2])
-            turning = np.maximum(turning, passing_mps / sight.speed_mps)
-        ratio: FloatArray = np.maximum(_asked(way, yaw, u1, u2, before, after, bounds), turning)
-        return ratio
+        def block(here: slice) -> FloatArray:
+            way, yaw, tilt = path.jet(u[here]), gaze.jet(u[here]), pitch.jet(u[here])
+            ratio: FloatArray = _asked(way, yaw, u1[here], u2[here], jerks[0, here], jerks[1, here], bounds)
+            if tilt[1].any():
+                np.maximum(ratio, np.abs(tilt[1] * u1[here]) / GIMBAL_RADPS, out=ratio)
+            if sight is not None:
+                passing_mps = u1[here] * sight.passing(way[1], yaw[:2], tilt[:2])
+                np.maximum(ratio, passing_mps / sight.speed_mps, out=ratio)
+            return ratio
+
+        if len(blocks) == 1:
+            return block(blocks[0])
+        with ThreadPoolExecutor(max_workers=2) as both:  # kernels that run without the interpreter
+            return np.concatenate(list(both.map(block, blocks)), axis=1)
 
     jerks = np.diff(law.phase_acceleration_radps2) / law.step_s
-    ratio = look(law.knots_s, np.append(jerks[0], jerks), np.append(jerks, jerks[-1]))
-    values = np.stack([ratio[1, :-1], ratio[0, 1:]], axis=1)
-    change = np.abs(values[:, 1] - values[:, 0])
-    change = np.maximum(change, np.maximum(np.append(change[1:], 0.0), np.append(0.0, change[:-1])))
+    beside = np.stack([np.append(jerks[0], jerks), np.append(jerks, jerks[-1])])
+    ratio = look(law.phase_rad, law.phase_rate_radps, law.phase_acceleration_radps2, beside)
+    values = np.stack([ratio[1, :-1], ratio[0, 1:]])  # a row for each sample of a span
+    own = np.abs(values[1] - values[0])
+    change = own.copy()
+    np.maximum(change[1:], own[:-1], out=change[1:])
+    np.maximum(change[:-1], own[1:], out=change[:-1])
     begin_s, width_s = law.knots_s[:-1], law.step_s
     worst = float(values.max())
     for _ in range(LOOKS):
-        chosen = values.max(axis=1) + change > worst * ROOM
+        chosen = values.max(axis=0) + change > worst * ROOM
         if not chosen.any():
             break
         begin_s, jerks = begin_s[chosen], jerks[chosen]
         t_s = begin_s[:, None] + width_s * np.linspace(0.0, 1.0, FINER + 1)
         jerk = np.repeat(jerks, FINER + 1)
-        values = look(t_s.ravel(), jerk, jerk)[0].reshape(t_s.shape)
-        worst = max(worst, float(values.max()))
+        u, u1, u2, _ = law.derivatives(t_s.ravel())
+        found = look(u, u1, u2, np.stack([jerk, jerk]))[0].reshape(t_s.shape)
+        worst = max(worst, float(found.max()))
         # Each half of the steps is a span of its own, of three samples.
         width_s *= 2.0 / FINER
         begin_s, jerks = t_s[:, :-1:2].ravel(), np.repeat(jerks, FINER // 2)
-        values = np.stack([values[:, :-1:2], values[:, 1::2], values[:, 2::2]], axis=-1).reshape(-1, 3)
-        change = np.abs(np.diff(values, axis=1)).max(axis=1)
+        values = np.stack([found[:, :-1:2].ravel(), found[:, 1::2].ravel(), found[:, 2::2].ravel()])
+        change = np.abs(np.diff(values, axis=0)).max(axis=0)
     return worst
 
 

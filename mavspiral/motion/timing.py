@@ -19,7 +19,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import astuple
 
 import numpy as np
@@ -65,7 +64,7 @@ def fastest_law(
     for grid_m in GRIDS_M:
         table, du = _tabulated(path, gaze, grid_m)
         blur = _blur(table, du, gaze, pitch, sight)
-        law = min(_laws(table, du, limits, blur), key=lambda law: law.duration_s)
+        law = _quickest(table, du, limits, blur)
         overlooked = slower(path, gaze, law, limits, pitch, sight)
         found.append(law.stretched(max(1.0, overlooked) * MARGIN))
         if overlooked <= OVERLOOKED:
@@ -83,25 +82,8 @@ def _blur(table: FloatArray, du: float, gaze: Gaze, pitch: Gaze, sight: Sight | 
     return np.maximum(turning, sight.passing(table[:, :3], gaze.jet(u)[:2], tilt[:2]) / sight.speed_mps)
 
 
-def _demand(
-    table: FloatArray,
-    du: float,
-    bounds: FloatArray,
-    blur: FloatArray,
-    dt: float,
-    u: FloatArray,
-    u1: FloatArray,
-    u2: FloatArray,
-) -> FloatArray:
-    """How many times slower each knot would have to be passed, for limits and pictures."""
-    ratios: FloatArray = kernels.demand(table, du, bounds, dt, u, u1, u2)
-    if blur.size:
-        ratios = np.maximum(ratios, u1 * np.interp(u, du * np.arange(len(blur)), blur))
-    return ratios
-
-
-def _laws(table: FloatArray, du: float, limits: Limits, blur: FloatArray) -> Iterator[TimeLaw]:
-    """Laws within the limits at their knots, on the whole ever faster, until that no longer pays."""
+def _quickest(table: FloatArray, du: float, limits: Limits, blur: FloatArray) -> TimeLaw:
+    """The fastest of laws within the limits at their knots, on the whole ever faster, until that no longer pays."""
     bounds = np.array(astuple(limits))
     caps = kernels.rate_caps(table, bounds)
     if blur.size:
@@ -119,15 +101,17 @@ def _laws(table: FloatArray, du: float, limits: Limits, blur: FloatArray) -> Ite
         steps = max(2, math.floor(times_s[-1] / window_s * width))
         step_s = float(times_s[-1]) / steps
         u, u1, u2 = kernels.knots(rates, times_s, steps, width, du * (len(table) - 1))
-        ratios = _demand(table, du, bounds, blur, step_s, u, u1, u2)
+        ratios = kernels.demand(table, du, bounds, blur, step_s, u, u1, u2)
         worst = max(1.0, float(ratios.max()))
-        law = TimeLaw(step_s, u, u1, u2).stretched(worst)
-        yield law
-        durations_s.append(law.duration_s)
+        durations_s.append(step_s * worst * (len(u) - 1))
+        if durations_s[-1] == min(durations_s):
+            best = step_s, u, u1, u2, worst
         before_s, lately_s = durations_s[:-PATIENCE], durations_s[-PATIENCE:]
         if worst <= CLOSE or (before_s and min(before_s) <= min(lately_s) * CLOSE):
-            return
+            break
         slowness = kernels.adjusted(slowness, times_s, ratios, step_s, width)
+    *law, worst = best
+    return TimeLaw(*law).stretched(worst)
 
 
 def _window_s(table: FloatArray, length_m: float, limits: Limits) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from itertools import pairwise
 
@@ -16,7 +17,7 @@ from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.sight import Sight
 from mavspiral.motion.turn import LEVEL, Gaze
 
-__all__ = ["Leg", "Trajectory", "TrajectoryState", "belongs", "during"]
+__all__ = ["Leg", "Trajectory", "TrajectoryState", "belongs"]
 
 JOIN_TOLERANCE_M = 1e-6
 JOIN_TOLERANCE_RAD = 1e-6
@@ -125,8 +126,9 @@ class Trajectory:
         yaws = np.empty((3, flat.size))
         pitch = np.empty(flat.size)
         for i, here in self._rows(flat):
-            leg = self.legs[i]
-            vectors[:, here], yaws[:, here], pitch[here] = _motion(leg, flat[here] - self._begin_s[i])
+            vectors[:, here], yaws[:, here], pitch[here] = _motion(
+                self.legs[i], flat[here] - self._begin_s[i]
+            )
             yaws[0, here] += self._turns_rad[i]
         position, velocity, acceleration, jerk = vectors.reshape(4, *t.shape, 3)
         yaw, yaw_rate, yaw_acceleration = yaws.reshape(3, *t.shape)
@@ -142,21 +144,24 @@ class Trajectory:
             gimbal_pitch_rad=pitch.reshape(t.shape),
         )
 
-    def _rows(self, t_s: FloatArray) -> list[tuple[int, slice | NDArray[np.int64]]]:
+    def stretches(self, t_s: FloatArray) -> list[tuple[Leg, slice, FloatArray]]:
+        """Rising times, a leg's at a time and not too many: the leg, which of the times, and how long after its begin."""
+        return [(self.legs[i], here, t_s[here] - self._begin_s[i]) for i, here in self._in_order(t_s)]
+
+    def _rows(self, t_s: FloatArray) -> Sequence[tuple[int, slice | NDArray[np.int64]]]:
         """Each leg that is flown at some of the times, and at which: slices where they are in order, far cheaper."""
-        inner_s = self._begin_s[1:-1]
-        rows: list[tuple[int, slice | NDArray[np.int64]]]
         if (t_s[1:] >= t_s[:-1]).all():
-            edges = [0, *np.searchsorted(t_s, inner_s), len(t_s)]
-            rows = [
-                (i, slice(k, min(k + BLOCK, b)))
-                for i, (a, b) in enumerate(pairwise(edges))
-                for k in range(a, b, BLOCK)
-            ]
-        else:
-            which = np.searchsorted(inner_s, t_s, side="right")
-            rows = [(int(i), np.flatnonzero(which == i)) for i in np.unique(which)]
-        return rows
+            return self._in_order(t_s)
+        which = np.searchsorted(self._begin_s[1:-1], t_s, side="right")
+        return [(int(i), np.flatnonzero(which == i)) for i in np.unique(which)]
+
+    def _in_order(self, t_s: FloatArray) -> list[tuple[int, slice]]:
+        edges = [0, *np.searchsorted(t_s, self._begin_s[1:-1]), len(t_s)]
+        return [
+            (i, slice(k, min(k + BLOCK, b)))
+            for i, (a, b) in enumerate(pairwise(edges))
+            for k in range(a, b, BLOCK)
+        ]
 
     def grid_s(self, dt_s: float) -> FloatArray:
         """The times every `dt_s` from 0 on, and at last the very end."""
@@ -166,12 +171,6 @@ class Trajectory:
     def sampled(self, dt_s: float) -> TrajectoryState:
         """The motion on the grid of times `dt_s` apart."""
         return self(self.grid_s(dt_s))
-
-
-def during(states: TrajectoryState, span_s: tuple[float, float]) -> TrajectoryState:
-    """Those of the states, at times in a row, that lie in the span."""
-    begin, end = np.searchsorted(states.t_s, [span_s[0] - 1e-9, span_s[1] + 1e-9])
-    return TrajectoryState(**{each.name: getattr(states, each.name)[begin:end] for each in fields(states)})
 
 
 def belongs(leg: str, name: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +10,9 @@ import numpy as np
 from mavspiral.arrays import FloatArray
 from mavspiral.curve.gaze import GIMBAL_RADPS
 from mavspiral.motion.limits import Limits
-from mavspiral.motion.sight import Sight
-from mavspiral.motion.trajectory import TrajectoryState
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.clearance import Clearance
+from mavspiral.survey.peaks import QUANTITIES, Peaks
 
 __all__ = [
     "STRAIGHT_ON",
@@ -89,32 +89,18 @@ class Certificate:
         raise KeyError(f"no figure is called {name!r}; there are {[figure.name for figure in self.figures]}")
 
 
-def motion_figures(state: TrajectoryState, limits: Limits) -> tuple[LimitFigure, ...]:
-    """Speed, climb, descent, acceleration, jerk, yaw rate and yaw acceleration of a sampled motion."""
-    climb_mps = state.velocity_enu_mps[:, 2]
-    measured = (
-        ("speed", "m/s", _norms(state.velocity_enu_mps), limits.speed_mps),
-        ("climb", "m/s", np.maximum(climb_mps, 0.0), limits.climb_mps),
-        ("descent", "m/s", np.maximum(-climb_mps, 0.0), limits.descent_mps),
-        (
-            "acceleration",
-            "m/s²",
-            _norms(state.acceleration_enu_mps2),
-            limits.acceleration_mps2,
-        ),
-        ("jerk", "m/s³", _norms(state.jerk_enu_mps3), limits.jerk_mps3),
-        ("yaw rate", "rad/s", np.abs(state.yaw_rate_enu_radps), limits.yaw_rate_radps),
-        (
-            "yaw acceleration",
-            "rad/s²",
-            np.abs(state.yaw_acceleration_enu_radps2),
-            limits.yaw_acceleration_radps2,
-        ),
+def motion_figures(peaks: Sequence[Peaks], limits: Limits) -> tuple[LimitFigure, ...]:
+    """Speed, climb, descent, acceleration, jerk, yaw rate and yaw acceleration of a motion."""
+    allowed = (
+        ("speed", "m/s", limits.speed_mps),
+        ("climb", "m/s", limits.climb_mps),
+        ("descent", "m/s", limits.descent_mps),
+        ("acceleration", "m/s²", limits.acceleration_mps2),
+        ("jerk", "m/s³", limits.jerk_mps3),
+        ("yaw rate", "rad/s", limits.yaw_rate_radps),
+        ("yaw acceleration", "rad/s²", limits.yaw_acceleration_radps2),
     )
-    return tuple(
-        _figure(name, unit, values, allowed, state.t_s, state.position_enu_m)
-        for name, unit, values, allowed in measured
-    )
+    return tuple(_figure(peaks, name, name, unit, bound) for name, unit, bound in allowed)
 
 
 def clearance_figures(
@@ -122,58 +108,46 @@ def clearance_figures(
 ) -> tuple[LimitFigure, ...]:
     """The distance to anything solid against `required_m`, and straight on against touching it."""
     measured = (
-        ("clearance", clearance.distance_m, required_m),
-        (STRAIGHT_ON, clearance.straight_on_m, vehicle_radius_m),
+        ("clearance", clearance.nearest, required_m),
+        (STRAIGHT_ON, clearance.straight_on, vehicle_radius_m),
     )
     return tuple(
-        _figure(name, "m", values, allowed, clearance.t_s, clearance.position_enu_m, at_least=True)
-        for name, values, allowed in measured
+        LimitFigure(name, "m", nearest.distance_m, allowed, nearest.at_t_s, nearest.at_enu_m, at_least=True)
+        for name, nearest, allowed in measured
     )
 
 
-def blur_figure(sight: Sight, states: TrajectoryState, camera: Camera, allowed_px: float) -> LimitFigure:
-    """By how much a picture smears, at its middle and at the distance that the leg keeps, at the worst moment."""
-    yaw = np.stack([states.yaw_enu_rad, states.yaw_rate_enu_radps])
-    passing_mps = sight.passing(states.velocity_enu_mps, yaw, _pitch(states))
-    smeared_px = passing_mps * camera.blur_px(sight.distance_m, 1.0)
-    return _figure("blur", "px", smeared_px, allowed_px, states.t_s, states.position_enu_m)
+def blur_figure(peaks: Sequence[Peaks], camera: Camera, allowed_px: float) -> LimitFigure:
+    """By how much a picture smears, at its middle and at the distance that its leg keeps, at the worst moment."""
+    smear_px = [
+        0.0 if each.leg.sight is None else camera.blur_px(each.leg.sight.distance_m, 1.0) for each in peaks
+    ]
+    return _figure(peaks, "passing", "blur", "px", allowed_px, np.array(smear_px))
 
 
-def gimbal_figure(state: TrajectoryState) -> LimitFigure:
+def gimbal_figure(peaks: Sequence[Peaks]) -> LimitFigure:
     """How fast the gimbal has to tilt the camera, against what every gimbal follows."""
-    rate_radps = np.abs(_pitch(state)[1])
-    return _figure("gimbal rate", "rad/s", rate_radps, GIMBAL_RADPS, state.t_s, state.position_enu_m)
+    return _figure(peaks, "gimbal rate", "gimbal rate", "rad/s", GIMBAL_RADPS)
 
 
-def ceiling_figure(state: TrajectoryState, ceiling_m: float) -> LimitFigure:
+def ceiling_figure(peaks: Sequence[Peaks], ceiling_m: float) -> LimitFigure:
     """The greatest height above ground against the ceiling."""
-    return _figure("height", "m", state.position_enu_m[:, 2], ceiling_m, state.t_s, state.position_enu_m)
-
-
-def _pitch(states: TrajectoryState) -> FloatArray:
-    """The camera's pitch in rad and its rate in rad/s, `(2, n)`."""
-    pitch = np.zeros((2, len(states.t_s)))
-    if states.gimbal_pitch_rad.any():
-        pitch[:] = states.gimbal_pitch_rad, np.gradient(states.gimbal_pitch_rad, states.t_s)
-    return pitch
-
-
-def _norms(vectors: FloatArray) -> FloatArray:
-    squares = vectors * vectors
-    lengths: FloatArray = np.sqrt(squares[:, 0] + squares[:, 1] + squares[:, 2])
-    return lengths
+    return _figure(peaks, "height", "height", "m", ceiling_m)
 
 
 def _figure(
+    peaks: Sequence[Peaks],
+    quantity: str,
     name: str,
     unit: str,
-    values: FloatArray,
     allowed: float,
-    t_s: FloatArray,
-    position_enu_m: FloatArray,
-    *,
-    at_least: bool = False,
+    scale: FloatArray | float = 1.0,
 ) -> LimitFigure:
-    k = int(np.argmin(values) if at_least else np.argmax(values))
-    east, north, up = (float(metres) for metres in position_enu_m[k])
-    return LimitFigure(name, unit, float(values[k]), allowed, float(t_s[k]), (east, north, up), at_least)
+    """The greatest of the peaks of a quantity, each times its scale; the first of equals."""
+    k = QUANTITIES.index(quantity)
+    values = scale * np.array([each.greatest[k] for each in peaks])
+    worst = int(np.argmax(values))
+    east, north, up = peaks[worst].at_enu_m[k].tolist()
+    return LimitFigure(
+        name, unit, float(values[worst]), allowed, float(peaks[worst].at_t_s[k]), (east, north, up)
+    )

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.motion.trajectory import TrajectoryState
-from mavspiral.shape.heightmap import Site
 from mavspiral.survey.solids import Solids
 
-__all__ = ["Clearance", "ClearanceBudget", "measure_clearance", "run_on_m"]
+__all__ = ["Clearance", "ClearanceBudget", "Nearest", "measure_clearance", "run_on_m"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,69 +56,62 @@ class ClearanceBudget:
         return max(clearance_m, self.total_m)
 
 
+class Nearest(NamedTuple):
+    """The least of distances along a flight: 0 inside a box, infinity where there is none."""
+
+    distance_m: float
+    at_t_s: float
+    at_enu_m: tuple[float, float, float]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Clearance:
-    """Distances along a flight to the nearest solid box: 0 inside one, infinity where there is none.
+    """How near a flight through these places, straight from each to the next, comes to anything solid.
 
-    `straight_on_m` is how near anything comes if the vehicle, from here, no longer follows the curve:
-    it goes straight on for the reaction time and then brakes to a stand.
+    `straight_on` is how near anything comes if the vehicle no longer follows the curve: it goes straight on for the
+    reaction time and then brakes to a stand.
     """
 
     t_s: FloatArray
     position_enu_m: FloatArray
-    building_m: FloatArray
-    obstacle_m: FloatArray
-    straight_on_m: FloatArray
+    solids: Solids
+    nearest: Nearest
+    straight_on: Nearest
 
     def __post_init__(self) -> None:
-        """Locks the fields."""
-        for column in fields(self):
-            getattr(self, column.name).setflags(write=False)
+        """Locks the places."""
+        self.t_s.setflags(write=False)
+        self.position_enu_m.setflags(write=False)
 
     @property
     def distance_m(self) -> FloatArray:
-        """Distance along the flight to the nearest of building and obstacles."""
-        return np.minimum(self.building_m, self.obstacle_m)
+        """For each place the distance of the straight way on to the next; worked out anew at every call."""
+        return self.solids.distance_m(self.position_enu_m, _onward_m(self.position_enu_m))
 
 
 def measure_clearance(
-    state: TrajectoryState, site: Site, *, reaction_s: float, braking_mps2: float
+    state: TrajectoryState, solids: Solids, *, reaction_s: float, braking_mps2: float
 ) -> Clearance:
-    """The clearance of a sampled flight from the building and the obstacles of `site`.
+    """The clearance of a sampled flight from everything that stands on its site.
 
     Each distance is that of the whole straight way to the next sample, so nothing slips between two.
     """
-    everything = Solids.of_map(site.heights)
-    run_on_enu_m = run_on_m(state.velocity_enu_mps, reaction_s, braking_mps2)
     place_enu_m = state.position_enu_m
-    onward_enu_m = np.diff(place_enu_m, axis=0, append=place_enu_m[-1:])
-    building_m, obstacle_m = (
-        np.full(len(place_enu_m), np.inf) if part is None else part.distance_m(place_enu_m, onward_enu_m)
-        for part in _building_and_obstacles(everything, site)
-    )
-    return Clearance(
-        t_s=state.t_s,
-        position_enu_m=place_enu_m,
-        building_m=building_m,
-        obstacle_m=obstacle_m,
-        straight_on_m=everything.distance_m(place_enu_m, run_on_enu_m),
-    )
+
+    def nearest(ways_enu_m: FloatArray) -> Nearest:
+        distance_m, k = solids.least(place_enu_m, ways_enu_m)
+        east, north, up = place_enu_m[k].tolist()
+        return Nearest(distance_m, float(state.t_s[k]), (east, north, up))
+
+    run_on_enu_m = run_on_m(state.velocity_enu_mps, reaction_s, braking_mps2)
+    return Clearance(state.t_s, place_enu_m, solids, nearest(_onward_m(place_enu_m)), nearest(run_on_enu_m))
 
 
 def run_on_m(velocity_enu_mps: FloatArray, reaction_s: float, braking_mps2: float) -> FloatArray:
     """The way `(…, 3)` straight on at this velocity for the reaction time and then braking to a stand."""
-    speed_mps = np.linalg.norm(velocity_enu_mps, axis=-1, keepdims=True)
+    speed_mps = np.sqrt((velocity_enu_mps**2).sum(axis=-1, keepdims=True))
     return np.asarray(velocity_enu_mps * (reaction_s + speed_mps / (2 * braking_mps2)))
 
 
-def _building_and_obstacles(everything: Solids, site: Site) -> tuple[Solids | None, Solids | None]:
-    """The solids of the building, and all others; None where there are none."""
-    col, row = np.rint((everything.origin_enu_m - site.heights.origin_enu_m) / everything.cell_m).astype(int)
-    rows, cols = everything.height_agl_m.shape
-    mask = site.building[row : row + rows, col : col + cols]
-    both = (np.where(own, everything.height_agl_m, 0.0) for own in (mask, ~mask))
-    building, others = (
-        Solids.of(heights_m, everything.cell_m, everything.origin_enu_m) if heights_m.any() else None
-        for heights_m in both
-    )
-    return (everything if others is None else building), others
+def _onward_m(place_enu_m: FloatArray) -> FloatArray:
+    return np.diff(place_enu_m, axis=0, append=place_enu_m[-1:])

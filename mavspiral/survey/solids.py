@@ -61,24 +61,39 @@ class Solids:
 
         0 inside a box, infinity where there are no boxes. Without a sweep the way is a point.
         """
-        return self._searched(position_enu_m, sweep_enu_m, math.inf, 0.0)
+        return self._searched(position_enu_m, sweep_enu_m, math.inf, 0.0)[0]
+
+    def least(self, position_enu_m: ArrayLike, sweep_enu_m: ArrayLike) -> tuple[float, int]:
+        """The least of what `distance_m` would tell, and the first way that has it, but sooner.
+
+        A way comes no nearer to what stands in a node than to the node's own box. So where that is no nearer than the
+        least distance so far, nothing in it can be the least, and it is not opened: all of the way is proved by that.
+        """
+        distances, nearest = self._searched(position_enu_m, sweep_enu_m, math.inf, 0.0, least=True)
+        return float(distances[nearest]), nearest
 
     def clear(
         self, position_enu_m: ArrayLike, sweep_enu_m: ArrayLike, distance_m: float
     ) -> NDArray[np.bool_]:
         """Whether each way keeps `distance_m` from every box: what `distance_m` would tell, but sooner."""
-        return self._searched(position_enu_m, sweep_enu_m, distance_m, distance_m) >= distance_m
+        return self._searched(position_enu_m, sweep_enu_m, distance_m, distance_m)[0] >= distance_m
 
     def _searched(
-        self, position_enu_m: ArrayLike, sweep_enu_m: ArrayLike, farthest_m: float, enough_m: float
-    ) -> FloatArray:
+        self,
+        position_enu_m: ArrayLike,
+        sweep_enu_m: ArrayLike,
+        farthest_m: float,
+        enough_m: float,
+        *,
+        least: bool = False,
+    ) -> tuple[FloatArray, int]:
         positions = np.array(position_enu_m, dtype=np.float64, order="C")
         sweeps = np.empty_like(positions)
         sweeps[...] = sweep_enu_m
-        distances: FloatArray = _distances(
-            self._pyramid_m, self.cell_m, self.origin_enu_m, positions, sweeps, farthest_m, enough_m
+        distances, nearest = _distances(
+            self._pyramid_m, self.cell_m, self.origin_enu_m, positions, sweeps, farthest_m, enough_m, least
         )
-        return distances
+        return distances, nearest
 
 
 def _cropped(heights_m: FloatArray, cell_m: float, origin_enu_m: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -150,8 +165,10 @@ def _distances(
     sweeps: FloatArray,
     farthest: float,
     enough: float,
-) -> FloatArray:
-    # Nothing is looked for beyond `farthest`, nor further where a box is nearer than `enough`.
+    least: bool,
+) -> tuple[FloatArray, int]:
+    # Nothing is looked for beyond `farthest`, nor further where a box is nearer than `enough`; for the `least` of all,
+    # nothing beyond the least so far. That way comes back with them.
     # Node (level, r, c) is pyramid[(4^level - 1)/3 + r·2^level + c]; level 0 is the whole grid.
     levels = 0
     while ((1 << (2 * (levels + 1))) - 1) // 3 < len(pyramid):
@@ -161,6 +178,7 @@ def _distances(
     box[4] = -FOUNDATION_M
     distances = np.empty(len(positions))
     near_r = near_c = -1
+    nearest = 0
     for k in range(len(positions)):
         p, w = positions[k], sweeps[k]
         # Two distances that the way's own is never less than, and cheap: its bounding box's and, beside it in plan, its line's.
@@ -206,7 +224,11 @@ def _distances(
                 stack[top, 2] = 2 * c + child % 2
                 top += 1
         distances[k] = farthest if best == farthest * farthest else math.sqrt(best)
-    return distances
+        if distances[k] < distances[nearest]:
+            nearest = k
+        if least:
+            farthest = min(farthest, distances[k])
+    return distances, nearest
 
 
 @njit(cache=True)

@@ -94,11 +94,10 @@ def _line_s(sides_m: FloatArray, limits: Limits) -> FloatArray:
 
 def _ends(path: Path) -> tuple[FloatArray, FloatArray]:
     """Where a path may begin, and where it then ends, `(n, 3)` each; as it is planned first of all."""
-    begun = [path]
-    if isinstance(path, SpiralPath):
-        begun += [path.begun(2.0 * np.pi * k / PHASES) for k in range(1, PHASES)]
-    ends = np.array([each(np.array([0.0, each.u_end_rad])) for each in begun])
-    return ends[:, 0], ends[:, 1]
+    if not isinstance(path, SpiralPath):
+        return path(np.array([0.0])), path(np.array([path.u_end_rad]))
+    phases_rad = np.linspace(0.0, 2.0 * np.pi, PHASES, endpoint=False)
+    return path.places_begun(0.0, phases_rad), path.places_begun(path.u_end_rad, phases_rad)
 
 
 def _quickest(places: Sequence[tuple[FloatArray, FloatArray]], ways: Ways) -> list[int]:

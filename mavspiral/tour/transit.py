@@ -213,19 +213,22 @@ def judge_home(heights: HeightMap, solids: Solids, home_enu_m: FloatArray, clear
     Raises:
         InputError: with the place and what would do.
     """
-    place = heights.frame.geo_point(home_enu_m)
-    where = f"[vehicle] home = [{place.lat_deg:.6f}, {place.lon_deg:.6f}]"
+
+    def where() -> str:
+        place = heights.frame.geo_point(home_enu_m)
+        return f"[vehicle] home = [{place.lat_deg:.6f}, {place.lon_deg:.6f}]"
+
     standing_m = float(heights.sample(home_enu_m))
     if standing_m > max(0.5, home_enu_m[2] + 0.5):
         raise InputError(
-            f"{where}, {_height_words(home_enu_m[2])}, is inside something {standing_m:.1f} m high. "
+            f"{where()}, {_height_words(home_enu_m[2])}, is inside something {standing_m:.1f} m high. "
             f"Fix: move it out, or home_height_m = {standing_m:.1f} to start from that roof"
         )
     on_a_roof = standing_m > 0.5
     distance_m = float(solids.distance_m(home_enu_m[None, :])[0])
     if not on_a_roof and distance_m < clearance_m:
         raise InputError(
-            f"{where} is {distance_m:.1f} m from the nearest wall, {clearance_m:.1f} m of clearance are required. "
+            f"{where()} is {distance_m:.1f} m from the nearest wall, {clearance_m:.1f} m of clearance are required. "
             f"Fix: {_free_place(heights.frame, solids, home_enu_m, clearance_m)}"
         )
 

@@ -1,10 +1,12 @@
-"""Planning of whole buildings, warm, by stage, in milliseconds; medians. Run with PYTHONPATH=. from the top."""
+"""Planning of whole buildings, warm, by stage, in milliseconds; medians: `python tests/bench/bench_parts.py`."""
 
 import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from mavspiral import load_mission, plan
 

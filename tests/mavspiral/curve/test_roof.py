@@ -1,6 +1,7 @@
 """Ways above roofs, from the map to what is seen: the brute-force distance, the limits and the pictures judge them."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -15,9 +16,10 @@ from mavspiral.pieces.roof_ways import RoofLook
 from mavspiral.pieces.roofs import roof_pieces
 from mavspiral.shape.heightmap import HeightMap, Site
 from mavspiral.survey.camera import Camera
-from mavspiral.survey.certificate import motion_figures
+from mavspiral.survey.certificate import gimbal_figure, motion_figures
 from mavspiral.survey.coverage import Demand, measure_coverage
 from mavspiral.survey.patches import patches_of
+from mavspiral.survey.peaks import peaks_of
 from mavspiral.survey.shots import shots_of
 from mavspiral.tour.passes import flown_in_order
 
@@ -104,8 +106,11 @@ def test_every_way_keeps_the_clearance_and_all_limits(seed, random_site, box_dis
     for piece in pieces:
         assert box_distance(site, places(piece.path)).min() >= required_m
     for flight in flown(pieces):
+        with ThreadPoolExecutor(2) as workers:
+            peaks = peaks_of(flight, flight.grid_s(0.01), workers)
+        figures = (*motion_figures(peaks, LIMITS), gimbal_figure(peaks))
+        assert [str(figure) for figure in figures if not figure.ok] == []
         states = flight.sampled(0.01)
-        assert [str(figure) for figure in motion_figures(states, LIMITS) if not figure.ok] == []
         rate = np.abs(np.diff(states.gimbal_pitch_rad)) / 0.01
         assert rate.max() <= GIMBAL_RADPS
 

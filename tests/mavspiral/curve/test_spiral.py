@@ -116,6 +116,16 @@ def test_a_prism_has_one_outline_and_a_kiosk_a_level_turn(blocks, box_distance, 
     assert np.abs(box_distance(kiosk, path(samples(path))) - 6.0).max() < 0.15
 
 
+def test_places_of_spirals_begun_elsewhere_are_those_of_the_spirals(blocks, spiral_round):
+    path = spiral_round(blocks(*PODIUM_AND_TOWER, size=(60, 40)), top_m=48.0, **NUMBERS).path
+    assert len(path.coefficients_m) > 1
+    phases = np.array([0.0, 0.3, 2.0, 5.9])
+    changing = np.flatnonzero(np.diff(path.of_key))[0] * path.key_rad
+    for u in (0.0, float(changing), 0.37 * path.u_end_rad, path.u_end_rad):
+        slow = np.array([path.begun(phase)(u) for phase in phases])
+        np.testing.assert_allclose(path.places_begun(u, phases), slow, atol=1e-9)
+
+
 def test_it_goes_around_counter_clockwise(blocks, spiral_round):
     path = spiral_round(blocks((10, 10, 40, 30, 40)), top_m=38.0, **NUMBERS).path
     x, y, _ = path(np.linspace(0.0, 2.0 * np.pi, 400)).T

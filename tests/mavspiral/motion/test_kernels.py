@@ -131,6 +131,7 @@ def test_demand_is_what_the_trajectory_shows(make_helix, make_gaze, limits):
         table,
         u[1],
         np.array(astuple(limits)),
+        np.zeros(0),
         law.step_s,
         law.phase_rad,
         law.phase_rate_radps,

@@ -55,6 +55,18 @@ def test_distances_of_straight_ways_are_the_least_along_them(drawn):
         assert sampled - np.linalg.norm(sweep) / 600 - 1e-9 <= least <= sampled + 1e-9
 
 
+@settings(max_examples=60, deadline=None)
+@given(maps)
+def test_the_least_is_the_least_of_the_distances(drawn):
+    heights, points, sweeps = drawn
+    solids = Solids.of(heights, CELL_M, ORIGIN_M)
+    for ways in (sweeps, np.zeros_like(sweeps)):
+        distance_m = solids.distance_m(points, ways)
+        least_m, row = solids.least(points, ways)
+        assert least_m == pytest.approx(distance_m.min(), rel=1e-14)
+        assert distance_m[row] == pytest.approx(least_m, rel=1e-14)
+
+
 def test_a_way_that_crosses_a_thin_wall_touches_it():
     heights = np.zeros((9, 9))
     heights[:, 4] = 5.0
