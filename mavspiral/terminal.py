@@ -1,4 +1,4 @@
-"""What the verbs say on the terminal: tables and lines, or one JSON object; and what they ask there."""
+"""What the verbs say on the terminal: tables and lines, or one JSON object."""
 
 from __future__ import annotations
 
@@ -16,10 +16,9 @@ from mavspiral.errors import InputError, LimitError
 
 if TYPE_CHECKING:
     from mavspiral.export.check import Verdict
-    from mavspiral.flight.flight_log import Event
     from mavspiral.mission import Mission
 
-__all__ = ["ask", "failures_as_json", "quiet", "say", "stage_bar", "tell", "tell_json", "tell_verdict"]
+__all__ = ["failures_as_json", "must_be_asked", "stage_bar", "tell", "tell_json", "tell_verdict"]
 
 PATIENCE_S = 1.0
 
@@ -114,24 +113,11 @@ def stage_bar(stages: Sequence[str], as_json: bool) -> Iterator[Callable[[str], 
         progress.stop()
 
 
-def ask(name: str, url: str) -> None:
-    """Asks whether the vehicle may take off.
+def must_be_asked(what: str, fix: str) -> None:
+    """Nothing, where somebody is there to be asked.
 
     Raises:
-        InputError: nobody is there to be asked.
-        Abort: no.
+        InputError: nobody is.
     """
     if not sys.stdin.isatty():
-        raise InputError(
-            f"fly {name}: nobody is there to be asked. Fix: --yes, if the vehicle at {url} may take off"
-        )
-    typer.confirm(f"Arm the vehicle at {url} and fly {name}?", abort=True, err=True)
-
-
-def say(event: Event) -> None:
-    """Prints what happened in flight, and when."""
-    print(f"{event.t_us / 1e6:8.1f} s  {event.text}", flush=True)
-
-
-def quiet(event: Event) -> None:
-    """Says nothing: with --json there is one object on stdout and nothing else."""
+        raise InputError(f"{what}: nobody is there to be asked. Fix: {fix}")

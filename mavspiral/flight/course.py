@@ -108,6 +108,8 @@ COURSE: Mapping[State, Row] = {
     State.APPROVE: Row(alignment.approved, State.ROUTE),
     State.ROUTE: Row(actions.routed, State.CHECK),
     State.CHECK: Row(actions.checked, State.FAILSAFES, ask=actions.ask_parameters),
+    # A word may be long in coming: where it stands, and the checks, are looked at anew.
+    State.CONSENT: Row(actions.consented, State.ROUTE),
     State.FAILSAFES: Row(
         failsafes.are_set,
         State.ARM,
@@ -169,6 +171,19 @@ COURSE: Mapping[State, Row] = {
         modes=lambda p: (p.follow,),
         streams=True,
         moves=True,
+    ),
+    State.HAND_OVER: Row(
+        actions.handed_over,
+        State.OVER,
+        ask=actions.ask_mode(lambda p: p.hold),
+        within_s=5.0,
+        late=Late.GIVE_UP,
+        words=lambda s: (
+            f"it does not change to {s.profile.hold.name}: nothing more is sent, so its own failsafe takes over; "
+            "change its mode now"
+        ),
+        modes=lambda p: (p.follow, p.hold),
+        streams=True,
     ),
     State.LAND: Row(
         actions.disarmed,

@@ -17,6 +17,7 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from types import FrameType
 from typing import Protocol, TypeVar
 
@@ -24,13 +25,13 @@ from mavspiral.errors import InputError, LinkError
 from mavspiral.flight.outcome import Outcome, Step
 from mavspiral.flight.signing import SIGNATURE_N, SIGNED, Signer
 
-__all__ = ["Machine", "Transport", "drive", "open_transport", "signer_now"]
+__all__ = ["Machine", "Transport", "drive", "judge_url", "open_transport", "signer_now"]
 
 SIGNING_EPOCH_NS = 1_420_070_400_000_000_000
 """2015-01-01 UTC, from which MAVLink's signatures count."""
 
 _READ_N = 65536
-_STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+_ENDS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 _DATAGRAM_N = 1400
 _DIAL_S = 10.0
 _PEER_SILENT_S = 3.0
@@ -87,23 +88,44 @@ def signer_now(key: bytes) -> Signer:
     return Signer(key, (time.time_ns() - SIGNING_EPOCH_NS) // 10_000)
 
 
-def open_transport(url: str) -> Transport:
-    """The link at `url`, spelled as MAVSDK or as pymavlink does.
+@dataclass(frozen=True, slots=True)
+class _Address:
+    """Where a link leads: `kind` is udpin, udpout, tcp, tcpin or serial; `number` a port or a baud rate."""
+
+    kind: str
+    host: str
+    number: int
+
+
+def judge_url(url: str) -> _Address:
+    """The link that `url` spells as MAVSDK or as pymavlink does; nothing is opened.
 
     Raises:
-        InputError: the URL cannot be read, or its port is taken.
-        LinkError: nobody listens at a TCP address, or the serial device is not there.
+        InputError: it cannot be read.
     """
     if serial := re.fullmatch(r"(?:serial(?:_flowcontrol)?://)?((?:/dev/|COM)[^:,]+)(?:[:,](\d+))?", url):
-        return _Serial(serial[1], int(serial[2] or _BAUD))
+        return _Address("serial", serial[1], int(serial[2] or _BAUD))
     address = re.fullmatch(r"(\w+):(?://)?\[?([^\[\]]*?)\]?:(\d{1,5})", url)
     kind = _PYMAVLINK.get(address[1]) if address else None
     if address is None or kind is None or not 0 < int(address[3]) < 65536:
-        raise InputError(f"no link is called {url!r}; write it as one of {_EXAMPLES}")
-    host, port = address[2] or "0.0.0.0", int(address[3])
-    if kind == "udpin" or kind == "udpout":
-        return _Udp(host, port, listens=kind == "udpin")
-    return _Tcp(_dialled(host, port) if kind == "tcp" else _called(host, port))
+        raise InputError(f"no link is called {url!r}. Fix: write it as one of {_EXAMPLES}")
+    return _Address(kind, address[2] or "0.0.0.0", int(address[3]))
+
+
+def open_transport(url: str) -> Transport:
+    """The link at `url`.
+
+    Raises:
+        InputError: the URL cannot be read (`judge_url`), or its port is taken.
+        LinkError: nobody listens at a TCP address, or the serial device is not there.
+    """
+    address = judge_url(url)
+    host, number = address.host, address.number
+    if address.kind == "serial":
+        return _Serial(host, number)
+    if address.kind in ("udpin", "udpout"):
+        return _Udp(host, number, listens=address.kind == "udpin")
+    return _Tcp(_dialled(host, number) if address.kind == "tcp" else _called(host, number))
 
 
 def drive(
@@ -111,20 +133,25 @@ def drive(
     transport: Transport,
     on_step: Callable[[M, Step], None] | None = None,
     *,
+    on_end: Callable[[], None] | None = None,
     now_us: Callable[[], int] = lambda: time.monotonic_ns() // 1000,
 ) -> Outcome:
-    """Fly `session` over `transport` to its end. Ctrl-C asks it to stop; it is never cut off.
+    """Fly `session` over `transport` to its end. Ctrl-C, a polite kill and a terminal that hangs up never cut it off.
+
+    Ctrl-C asks it to stop.
 
     Args:
         session: what to drive.
         transport: to the vehicle.
         on_step: is shown every step; what it does must be quick. If it fails it is not asked again, and the flight
             goes on; the error is raised at the end unless it is an OSError.
+        on_end: is called when the process is to end, or its terminal has gone, so that nobody can be asked any more; by
+            default it is asked to stop.
         now_us: a clock that only goes forward.
     """
     received = b""
     told: Exception | None = None
-    with _interrupts(session.stop), _punctual():
+    with _interrupts(session.stop, on_end or session.stop), _punctual():
         while session.outcome is None:
             step = session.step(now_us(), received)
             try:
@@ -169,14 +196,14 @@ def _punctual() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _interrupts(stop: Callable[[], None]) -> Iterator[None]:
-    """Within, Ctrl-C, a terminal that hangs up and a polite kill call `stop`, where the interpreter lets us (not in a thread)."""
+def _interrupts(stop: Callable[[], None], end: Callable[[], None]) -> Iterator[None]:
+    """Within, Ctrl-C calls `stop`, a polite kill or a hang-up `end`, where the interpreter lets us (not in a thread)."""
 
-    def interrupted(_signal: int, _frame: FrameType | None) -> None:
-        stop()
+    def caught(number: int, _frame: FrameType | None) -> None:
+        (stop if number == signal.SIGINT else end)()
 
     try:
-        before = {number: signal.signal(number, interrupted) for number in _STOPS}
+        before = {number: signal.signal(number, caught) for number in (signal.SIGINT, *_ENDS)}
     except ValueError:
         yield
         return
@@ -203,7 +230,7 @@ class _Udp:
                 self._peer = socket.getaddrinfo(host, port, family, socket.SOCK_DGRAM)[0][4]
         except UnicodeError:
             self._socket.close()
-            raise InputError(f"{host!r} is no host; write the link as one of {_EXAMPLES}") from None
+            raise InputError(f"{host!r} is no host. Fix: write the link as one of {_EXAMPLES}") from None
         except OSError as error:
             self._socket.close()
             raise _refused(error, host, port) from error
@@ -249,7 +276,9 @@ def _dialled(host: str, port: int) -> socket.socket:
         return socket.create_connection((host, port), timeout=_DIAL_S)
     except OSError as error:
         reason = error.strerror or error
-        raise LinkError(f"nobody listens at tcp://{host}:{port} ({reason}); start the vehicle") from error
+        raise LinkError(
+            f"nobody listens at tcp://{host}:{port} ({reason}). Fix: start the vehicle, or mend the address"
+        ) from error
 
 
 def _called(host: str, port: int) -> socket.socket:
@@ -258,7 +287,7 @@ def _called(host: str, port: int) -> socket.socket:
     try:
         server = socket.create_server((host, port), family=family, backlog=1)
     except UnicodeError:
-        raise InputError(f"{host!r} is no host; write the link as one of {_EXAMPLES}") from None
+        raise InputError(f"{host!r} is no host. Fix: write the link as one of {_EXAMPLES}") from None
     except OSError as error:
         raise _refused(error, host, port, "TCP") from error
     with server:
@@ -267,7 +296,7 @@ def _called(host: str, port: int) -> socket.socket:
             return server.accept()[0]
         except TimeoutError as error:
             raise LinkError(
-                f"nobody called at tcpin://{host}:{port} in {_DIAL_S:g} s; start the vehicle"
+                f"nobody called at tcpin://{host}:{port} in {_DIAL_S:g} s. Fix: start the vehicle, or mend the address"
             ) from error
 
 
@@ -307,11 +336,13 @@ class _Serial:
         try:
             serial = importlib.import_module("serial")
         except ImportError as error:
-            raise InputError(f"{device} needs pyserial: pip install pyserial") from error
+            raise InputError(f"{device} needs pyserial. Fix: pip install pyserial") from error
         try:
             self._port = serial.Serial(device, baud, timeout=0, write_timeout=1)
         except (OSError, ValueError) as error:
-            raise LinkError(f"{device} cannot be opened: {error}") from error
+            raise LinkError(
+                f"{device} cannot be opened: {error}. Fix: plug it in, or mend its name"
+            ) from error
 
     def send(self, data: bytes) -> None:
         try:
@@ -334,10 +365,10 @@ class _Serial:
 def _refused(error: OSError, host: str, port: int, kind: str = "UDP") -> InputError:
     if error.errno == errno.EADDRINUSE:
         return InputError(
-            f"{kind} port {port} is taken by another program (a ground station, another mavspiral?); "
-            f"close it or give this link another port"
+            f"{kind} port {port} is taken by another program (a ground station, another mavspiral?). "
+            f"Fix: close it or give this link another port"
         )
-    return InputError(f"cannot use {host}:{port}: {error.strerror or error}; is the address right?")
+    return InputError(f"cannot use {host}:{port}: {error.strerror or error}. Fix: an address of this machine")
 
 
 def _datagrams(data: bytes) -> Iterator[bytes]:
