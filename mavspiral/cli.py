@@ -200,8 +200,8 @@ def fly(
     from mavspiral.deliver import write_live
     from mavspiral.files import try_folder
     from mavspiral.flight.journal import read_journal
-    from mavspiral.flight.realtime import judge_url
     from mavspiral.flight.signing import read_key
+    from mavspiral.flight.transports import judge_url
     from mavspiral.live import fly as fly_live
     from mavspiral.planner import plan as make_plan
     from mavspiral.show.rows import live_rows, plan_rows
@@ -285,8 +285,10 @@ def upload(
     """Upload mission, fence and rally points, read them back and compare them item by item."""
     from mavspiral.export.check.plan_json import read_plan_json
     from mavspiral.flight.signing import read_key
+    from mavspiral.flight.transports import judge_url
     from mavspiral.uploads import upload as upload_plan
 
+    judge_url(connect)
     key = None if signing is None else read_key(signing)
     document = _planned_document(source) if source.suffix == ".toml" else read_plan_json(source)
     uploaded = upload_plan(document, connect, signing_key=key, on_event=quiet if as_json else say)

@@ -10,6 +10,7 @@ import threading
 from types import TracebackType
 
 from mavspiral.flight.flight_log import Event
+from mavspiral.flight.priority import run_first
 from mavspiral.flight.wishes import Wish
 
 __all__ = ["Console"]
@@ -102,7 +103,8 @@ class Console:
     def _listen(self) -> None:
         """From now on; what was typed before the question is no answer to it."""
         with contextlib.suppress(ImportError, OSError):
-            termios = __import__("termios")
+            import termios  # not on every system
+
             termios.tcflush(_STDIN, termios.TCIFLUSH)
         while not self._answers.empty():
             self._answers.get_nowait()
@@ -111,12 +113,14 @@ class Console:
             threading.Thread(target=self._hear, name="answers", daemon=True).start()
 
     def _hear(self) -> None:
+        run_first()
         with contextlib.suppress(OSError):
             while line := os.read(_STDIN, _LINE_N):
                 self._answers.put(line.decode(errors="replace"))
         self._answers.put(None)  # nobody is there any more
 
     def _print(self) -> None:
+        run_first()
         with contextlib.suppress(OSError, ValueError):  # the terminal has gone: the flight goes on
             while (words := self._told.get()) is not None:
                 asks, text = words

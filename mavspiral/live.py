@@ -18,8 +18,9 @@ from mavspiral.flight.autopilots import PROFILES, Autopilot, autopilot_name
 from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
 from mavspiral.flight.journal import JournalWriter
 from mavspiral.flight.outcome import SessionConfig, State, Step
-from mavspiral.flight.realtime import drive, open_transport, signer_now
+from mavspiral.flight.realtime import drive, signer_now
 from mavspiral.flight.session import Session
+from mavspiral.flight.transports import open_transport
 from mavspiral.flight.wishes import Wish
 from mavspiral.inspection import Inspection
 from mavspiral.logbook.flown import LiveFlight

@@ -29,7 +29,7 @@ def tell_json(summary: dict[str, Any]) -> None:
 
 
 def tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str]]) -> None:
-    """Prints a verb's summary: figures as a table of `rows`, then warnings, failures, verdict and files."""
+    """Prints a verb's summary: figures as a table of `rows`, then warnings, failures, verdict and files; no table without rows."""
     if as_json:
         tell_json(summary)
         return
@@ -45,7 +45,8 @@ def tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str]
         table.add_column(header, justify=side, header_style="dim")  # type: ignore[arg-type]
     for row in rows:
         table.add_row(*row)
-    console.print(table)
+    if rows:
+        console.print(table)
     # Texts, not markup: a line that begins with [accept] must not be taken for a style.
     for word, style, key in (("warning", "yellow", "warnings"), ("failed", "red", "failures")):
         for line in summary.get(key, ()):

@@ -47,8 +47,9 @@ def flight(seconds: float) -> tuple[np.ndarray, str]:
     from mavspiral.flight.flight_log import TlogWriter
     from mavspiral.flight.journal import JournalWriter
     from mavspiral.flight.outcome import SessionConfig
-    from mavspiral.flight.realtime import drive, open_transport
+    from mavspiral.flight.realtime import drive
     from mavspiral.flight.session import Session
+    from mavspiral.flight.transports import open_transport
     from mavspiral.logbook.recording import Recording
 
     inspection = plan(load_mission(ROOT / "missions" / "kiosk.toml"))

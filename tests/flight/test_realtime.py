@@ -14,9 +14,10 @@ import pytest
 from fake_flight import make_session, split
 
 from mavspiral.errors import InputError, LinkError
-from mavspiral.flight import realtime
+from mavspiral.flight import transports
 from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
-from mavspiral.flight.realtime import drive, open_transport
+from mavspiral.flight.realtime import drive
+from mavspiral.flight.transports import open_transport
 
 
 def free_port(kind=socket.SOCK_DGRAM):
@@ -223,7 +224,7 @@ def test_a_listening_port_answers_whoever_spoke_first():
 
 def test_datagrams_hold_whole_frames():
     frame = make_session().step(0, b"").send
-    pieces = list(realtime._datagrams(frame * 200))
+    pieces = list(transports._datagrams(frame * 200))
     assert b"".join(pieces) == frame * 200
     assert all(len(piece) % len(frame) == 0 and len(piece) <= 1400 for piece in pieces)
     assert len(pieces) == 4
@@ -313,7 +314,7 @@ def test_a_vehicle_that_calls_us_is_answered(spelling):
 
 
 def test_nobody_calls(monkeypatch):
-    monkeypatch.setattr(realtime, "_DIAL_S", 0.05)
+    monkeypatch.setattr(transports, "_DIAL_S", 0.05)
     with pytest.raises(LinkError, match="nobody called"):
         open_transport(f"tcpin:127.0.0.1:{free_port(socket.SOCK_STREAM)}")
 
