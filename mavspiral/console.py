@@ -70,7 +70,8 @@ class Console:
     def wish(self, held: bool) -> Wish | None:
         """What the pilot wants of a vehicle that is `held`; None as long as nothing was said, or nobody is there."""
         if not (held and self._asks):
-            self._asked = ""
+            if self._asked == _MENU:  # it was let go otherwise
+                self._asked = ""
             return None
         answer = self._answer(_MENU)
         return None if answer is None else _WISHES.get(answer)

@@ -93,6 +93,8 @@ def origin_known(s: Situation) -> bool:
     """Whether its local origin is known: told by itself, or after a while worked out."""
     vehicle = s.vehicle
     if vehicle.local is None:
+        if s.elapsed_s > _PAIR_AFTER_S:
+            s.tell_once("warning", "waiting: the vehicle does not know where it is yet; has its GPS a fix?")
         return False
     if vehicle.origin is None and s.elapsed_s > _PAIR_AFTER_S and vehicle.place is not None:
         vehicle.origin = origin_from_pair(vehicle.place, vehicle.local)

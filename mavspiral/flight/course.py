@@ -66,13 +66,26 @@ def _say(words: str) -> Callable[[Situation], str]:
     return lambda _: words
 
 
+_AUTOPILOTS = {3: "an ArduPilot", 12: "a PX4"}  # MAV_AUTOPILOT
+
+
+def _instead(s: Situation) -> str:
+    """Who was heard instead, and what to do."""
+    heard = [name for number, name in _AUTOPILOTS.items() if number in s.overheard]
+    return (
+        f"{' and '.join(heard)} is there: leave out --autopilot, or name that one"
+        if heard
+        else "check the link and the port"
+    )
+
+
 COURSE: Mapping[State, Row] = {
     State.CONNECT: Row(
         actions.heard,
         State.IDENTIFY,
         within_s=10.0,
         late=Late.NOBODY,
-        words=lambda s: f"nobody answers: no heartbeat of {s.awaited} in 10 s; check the link and the port",
+        words=lambda s: f"nobody answers: no heartbeat of {s.awaited} in 10 s; {_instead(s)}",
     ),
     State.IDENTIFY: Row(
         actions.identified,

@@ -15,6 +15,7 @@ from typing import Any
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import LimitError, LinkError, MavspiralError
 from mavspiral.flight.alignment import Alignment
+from mavspiral.flight.checks import loss_words
 from mavspiral.flight.course import COURSE, Late, Row
 from mavspiral.flight.doubts import Doubts
 from mavspiral.flight.energy import Battery
@@ -187,6 +188,8 @@ class Session:
     def link_broke(self, reason: str) -> None:
         """The link is gone for good, says whoever drives us."""
         if self.outcome is None:
+            if self._row.modes is not None:
+                reason = f"{reason}; {loss_words(self._s.vehicle, self._s.profile)}"
             self._conclude(reason, LinkError.exit_code)
 
     @property
@@ -275,7 +278,10 @@ class Session:
             s.tell("warning", "refused: a frame that was not signed with our key, or had come before")
         for message in messages:
             if s.link.vehicle is None:
-                if not isinstance(message, Heartbeat) or message.autopilot not in self._profiles:
+                if not isinstance(message, Heartbeat):
+                    continue
+                if message.autopilot not in self._profiles:
+                    s.overheard.add(message.autopilot)
                     continue
                 s.link.vehicle = message.system_id, message.component_id
                 s.profile = self._profiles[message.autopilot]
@@ -301,7 +307,7 @@ class Session:
         s = self._s
         silence_s = (s.now_us - self._heard_us) * 1e-6
         if silence_s > s.config.lost_after_s and s.link.vehicle is not None:
-            self._conclude(f"link lost: nothing came for {silence_s:.0f} s", LinkError.exit_code)
+            self.link_broke(f"link lost: nothing came for {silence_s:.0f} s")
             return
         beat = s.vehicle.heartbeat
         if self._row.modes is None or beat is None:

@@ -42,6 +42,7 @@ class Situation:
         entered_us: when the present state began.
         local_us: when the vehicle last told its position.
         awaited: the autopilots that it may be, in words.
+        overheard: MAV_AUTOPILOT of others that were heard instead.
         origin: the origin that `to_vehicle` was made from.
         follower: what is being flown, from pre-stream on.
         consented: whether the config's question was answered with yes.
@@ -67,6 +68,7 @@ class Situation:
     trajectory: Trajectory | None = None
     leg_begins_s: tuple[float, ...] = ()
     awaited: str = ""
+    overheard: set[int] = field(default_factory=set)
     reference: Reference | None = None
     follower: Follower | None = None
     consented: bool = False
