@@ -18,6 +18,7 @@ from mavspiral.flight import transports
 from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.realtime import drive
 from mavspiral.flight.transports import open_transport
+from mavspiral.flight.wishes import Wish
 
 
 def free_port(kind=socket.SOCK_DGRAM):
@@ -160,6 +161,30 @@ def test_ctrl_c_holds_and_again_flies_home(px4):
         outcome = drive(session, transport, radio, now_us=lambda: radio.now_us)
     assert outcome.state is State.LAND and "stopped by the user" in outcome.reason
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_polite_kill_flies_home_since_nobody_can_be_asked(px4):
+    port = free_port()
+    told = []
+
+    def at_step(session):
+        if session.path_t_s > 30 and not told:
+            told.append(radio.now_us)
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    session, radio = make_session(), Radio(px4, port, at_step)
+    before = signal.getsignal(signal.SIGTERM)
+    with opened(f"udp:127.0.0.1:{port}") as transport:
+        outcome = drive(
+            session,
+            transport,
+            radio,
+            on_end=lambda: session.wish(Wish.GO_HOME),
+            now_us=lambda: radio.now_us,
+        )
+    assert outcome.reason == "landed, disarmed (stopped by the user; flying home)"
+    assert State.HOLD.value not in [event.text for event in session.events]
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 def test_a_dry_run_in_real_time(px4):

@@ -302,7 +302,10 @@ def test_a_lost_link_is_told_and_ends_the_stream(px4):
         for m in parsed(session.step(end_us, b"").send):
             if m.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
                 speeds.append(math.hypot(m.vx, m.vy, m.vz))
-    assert session.outcome.exit_code == 3 and "link lost" in session.outcome.reason
+    assert session.outcome.exit_code == 3
+    assert session.outcome.reason == (
+        "link lost: nothing came for 5 s; the vehicle is on its own: Hold (COM_OBL_RC_ACT = 5)"
+    )
     assert speeds[0] > 1.5 and speeds[-1] == 0.0, "blind, it has stopped"
     assert len(speeds) == pytest.approx(5 * 50, abs=5)
 
