@@ -120,7 +120,8 @@ def routed(s: Situation) -> bool:
     s.reference = Reference.of(s.trajectory, s.to_vehicle)
     # Compiled, or loaded, on the ground: in the air it would be late.
     Follower(s.reference, s.config.governor, 0.0).advance(0.0, longest_s=0.0, hold=True)
-    east_m, north_m, up_m = home_enu_m
+    # Rounded: -0.0 is on neither side.
+    east_m, north_m, up_m = (round(float(metres), 1) + 0.0 for metres in home_enu_m)
     side = "below the building's ground" if up_m < 0.0 else "above ground"
     across, along = "east" if east_m >= 0.0 else "west", "north" if north_m >= 0.0 else "south"
     where = f"home is {abs(east_m):.1f} m {across} and {abs(north_m):.1f} m {along} of the plan's origin, {abs(up_m):.1f} m {side}"
