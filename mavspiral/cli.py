@@ -283,6 +283,7 @@ def upload(
     as_json: Json = False,
 ) -> None:
     """Upload mission, fence and rally points, read them back and compare them item by item."""
+    from mavspiral.console import Console
     from mavspiral.export.check.plan_json import read_plan_json
     from mavspiral.flight.signing import read_key
     from mavspiral.flight.transports import judge_url
@@ -291,7 +292,8 @@ def upload(
     judge_url(connect)
     key = None if signing is None else read_key(signing)
     document = _planned_document(source) if source.suffix == ".toml" else read_plan_json(source)
-    uploaded = upload_plan(document, connect, signing_key=key, on_event=quiet if as_json else say)
+    with Console(quiet=as_json) as console:
+        uploaded = upload_plan(document, connect, signing_key=key, on_event=console.say)
     if as_json:
         tell_json(uploaded.summary())
     else:
