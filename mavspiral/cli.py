@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from mavspiral.errors import InputError, LimitError, MavspiralError
-from mavspiral.terminal import ask, failures_as_json, quiet, say, stage_bar, tell, tell_json, tell_verdict
+from mavspiral.terminal import failures_as_json, must_be_asked, stage_bar, tell, tell_json, tell_verdict
 
 if TYPE_CHECKING:
     from mavspiral.flight.autopilots import Autopilot
@@ -196,42 +196,50 @@ def fly(
     as_json: Json = False,
 ) -> None:
     """Stream it to a real vehicle: connect, check, arm, take off, inspect, return, land."""
+    from mavspiral.console import Console
     from mavspiral.deliver import write_live
     from mavspiral.files import try_folder
+    from mavspiral.flight.journal import read_journal
     from mavspiral.flight.signing import read_key
+    from mavspiral.flight.transports import judge_url
     from mavspiral.live import fly as fly_live
     from mavspiral.planner import plan as make_plan
     from mavspiral.show.rows import live_rows, plan_rows
 
+    # All that can be judged without the plan is judged before it: a large one takes a minute.
     brief = _load(mission)
+    judge_url(connect)
     key = None if signing is None else read_key(signing)
     align_at, dialect = None if align is None else _place(align), _autopilot(autopilot)
+    if not (yes or dry_run):
+        must_be_asked(f"fly {brief.name}", f"--yes, if the vehicle at {connect} may take off")
+    elif align_at is not None and not yes:
+        must_be_asked(f"fly {brief.name}: the shift", "--yes, if it may be taken")
+    folder = try_folder(_folder(out, brief))
+    if resume:
+        read_journal(folder / f"{brief.name}.journal")
     with failures_as_json(brief, as_json):
         inspection = make_plan(brief)
     if not as_json:
         planned = inspection.summary()
         tell(planned, as_json, plan_rows(planned))
-    if not (yes or dry_run):
-        ask(brief.name, connect)
-    elif align_at is not None and not yes and not sys.stdin.isatty():
-        raise InputError(
-            f"fly {brief.name}: nobody is there to be asked about the shift. Fix: --yes, if it may be taken"
+    with Console(quiet=as_json, yes=yes) as console:
+        flight = fly_live(
+            inspection,
+            connect,
+            dry_run=dry_run,
+            rate_hz=rate,
+            signing_key=key,
+            folder=folder,
+            resume=resume,
+            set_failsafes=set_failsafes,
+            autopilot=dialect,
+            align_at=align_at,
+            asks=not (yes or dry_run),
+            approve=console.approve,
+            wished=console.wish,
+            on_event=console.say,
         )
-    folder = try_folder(_folder(out, brief))
-    flight = fly_live(
-        inspection,
-        connect,
-        dry_run=dry_run,
-        rate_hz=rate,
-        signing_key=key,
-        folder=folder,
-        resume=resume,
-        set_failsafes=set_failsafes,
-        autopilot=dialect,
-        align_at=align_at,
-        approve=lambda question: yes or typer.confirm(f"{question[:1].upper()}{question[1:]}?", err=True),
-        on_event=quiet if as_json else say,
-    )
     summary = flight.summary()
     summary["files"] = write_live(flight, folder, summary)
     tell(summary, as_json, live_rows(summary))
@@ -275,13 +283,17 @@ def upload(
     as_json: Json = False,
 ) -> None:
     """Upload mission, fence and rally points, read them back and compare them item by item."""
+    from mavspiral.console import Console
     from mavspiral.export.check.plan_json import read_plan_json
     from mavspiral.flight.signing import read_key
+    from mavspiral.flight.transports import judge_url
     from mavspiral.uploads import upload as upload_plan
 
+    judge_url(connect)
     key = None if signing is None else read_key(signing)
     document = _planned_document(source) if source.suffix == ".toml" else read_plan_json(source)
-    uploaded = upload_plan(document, connect, signing_key=key, on_event=quiet if as_json else say)
+    with Console(quiet=as_json) as console:
+        uploaded = upload_plan(document, connect, signing_key=key, on_event=console.say)
     if as_json:
         tell_json(uploaded.summary())
     else:

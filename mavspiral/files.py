@@ -22,7 +22,10 @@ def try_folder(folder: Path) -> Path:
     """
     missing = [place for place in (folder, *folder.parents) if not place.exists()]
     trial = folder / f".trial.{os.getpid()}"
-    write_with(trial, lambda file: file.write(b""))
+    try:
+        write_with(trial, lambda file: file.write(b""))
+    except InputError as error:  # nobody has asked for that file
+        raise InputError(str(error).replace(str(trial), str(folder))) from None
     trial.unlink()
     for place in missing:
         place.rmdir()

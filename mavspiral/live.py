@@ -17,9 +17,11 @@ from mavspiral.flight.alignment import shifted
 from mavspiral.flight.autopilots import PROFILES, Autopilot, autopilot_name
 from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
 from mavspiral.flight.journal import JournalWriter
-from mavspiral.flight.outcome import SessionConfig, Step
-from mavspiral.flight.realtime import drive, open_transport, signer_now
+from mavspiral.flight.outcome import SessionConfig, State, Step
+from mavspiral.flight.realtime import drive, signer_now
 from mavspiral.flight.session import Session
+from mavspiral.flight.transports import open_transport
+from mavspiral.flight.wishes import Wish
 from mavspiral.inspection import Inspection
 from mavspiral.logbook.flown import LiveFlight
 from mavspiral.logbook.progress import (
@@ -57,10 +59,12 @@ def fly(
     signing_key: bytes | None = None,
     autopilot: Autopilot | None = None,
     align_at: Place | None = None,
-    approve: Callable[[str], bool] = lambda question: True,
+    asks: bool = False,
+    approve: Callable[[str], bool | None] = lambda question: True,
+    wished: Callable[[bool], Wish | None] = lambda held: None,
     on_event: Callable[[Event], None] = lambda event: None,
 ) -> LiveFlight:
-    """The mission streamed to the vehicle at `url`, from connecting to disarming. It arms and flies: nobody is asked.
+    """The mission streamed to the vehicle at `url`, from connecting to disarming. It arms and flies: nobody is asked, unless it `asks`.
 
     Where one battery does not last, the first sortie is flown. With a `folder`, NAME.journal and NAME.tlog in it grow as it
     flies, and `resume` goes on where the flights in that journal ended; shots that they missed are flown again, the first gap first. `set_failsafes` sets the vehicle's parameters for the
@@ -68,6 +72,8 @@ def fly(
     With a `signing_key` (32 bytes, `read_key`) both ends sign, and what is not signed is refused and counted.
     The vehicle that stands `align_at` a known place of the plan says where it lies: `approve` is asked whether the plan may
     be shifted so, and `resume` keeps it. A dry run writes that in the journal, too.
+    Where it `asks`, `approve` is asked after the checks whether the vehicle may be armed. It is called again and again until it
+    says yes or no, as is `wished`, with whether the vehicle is held, for what the pilot wants then; neither may wait.
     Only a vehicle of `autopilot` is flown, if that is given; else the first that is heard, of whichever it is.
 
     Raises:
@@ -100,6 +106,7 @@ def fly(
                 safe_height_enu_m=inspection.safe_height_enu_m,
                 set_failsafes=set_failsafes,
                 planned_for=_planned_for(inspection.mission),
+                question=f"arm the vehicle at {url} and fly {name}" if asks else "",
             ),
             way_home=inspection.way_home,
             profiles=profiles,
@@ -129,21 +136,25 @@ def fly(
                 journal.note(session, step)
             for event in step.events:
                 on_event(event)
-            alignment = session.alignment
-            if alignment is None or alignment.approved or session.outcome is not None:
+            if session.outcome is not None:
                 return
-            if alignment.question and alignment.shift_enu_m is not None:
-                if approve(alignment.question):
-                    journal.aligned(alignment.shift_enu_m)
+            if question := session.question:
+                answer = approve(question)
+                if answer:
+                    if session.state is State.APPROVE:
+                        journal.aligned(_shift_enu_m(session))
                     session.approve()
-                else:
+                elif answer is False:
                     session.stop()
+            if (wish := wished(session.state is State.HOLD)) is not None:
+                session.wish(wish)
 
         try:
             outcome = drive(
                 session,
                 transport,
                 told,
+                on_end=lambda: session.wish(Wish.GO_HOME),
                 now_us=lambda: time.monotonic_ns() // 1000 - begin_us,
             )
         finally:
@@ -151,7 +162,7 @@ def fly(
                 journal.end(session)
     duration_s = (time.monotonic_ns() // 1000 - begin_us) / 1e6
     inspection = inspection.flown_by(autopilot_name(session.profile))
-    log = session.log() if session.trajectory is not None else None
+    log = session.log() if session.left_the_ground else None
     tracking_m, clearance_m = _measured(inspection, log)
     alignment = session.alignment
     if alignment is not None and alignment.approved:
@@ -187,6 +198,12 @@ def fly(
         shift_enu_m,
         alignment,
     )
+
+
+def _shift_enu_m(session: Session) -> FloatArray:
+    """By which the plan is to be shifted, once that is asked."""
+    assert session.alignment is not None and session.alignment.shift_enu_m is not None
+    return session.alignment.shift_enu_m
 
 
 def _place_enu_m(inspection: Inspection, place: Place) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What the verbs say on the terminal: tables and lines, or one JSON object; and what they ask there."""
+"""What the verbs say on the terminal: tables and lines, or one JSON object."""
 
 from __future__ import annotations
 
@@ -16,10 +16,9 @@ from mavspiral.errors import InputError, LimitError
 
 if TYPE_CHECKING:
     from mavspiral.export.check import Verdict
-    from mavspiral.flight.flight_log import Event
     from mavspiral.mission import Mission
 
-__all__ = ["ask", "failures_as_json", "quiet", "say", "stage_bar", "tell", "tell_json", "tell_verdict"]
+__all__ = ["failures_as_json", "must_be_asked", "stage_bar", "tell", "tell_json", "tell_verdict"]
 
 PATIENCE_S = 1.0
 
@@ -30,7 +29,7 @@ def tell_json(summary: dict[str, Any]) -> None:
 
 
 def tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str]]) -> None:
-    """Prints a verb's summary: figures as a table of `rows`, then warnings, failures, verdict and files."""
+    """Prints a verb's summary: figures as a table of `rows`, then warnings, failures, verdict and files; no table without rows."""
     if as_json:
         tell_json(summary)
         return
@@ -46,7 +45,8 @@ def tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str]
         table.add_column(header, justify=side, header_style="dim")  # type: ignore[arg-type]
     for row in rows:
         table.add_row(*row)
-    console.print(table)
+    if rows:
+        console.print(table)
     # Texts, not markup: a line that begins with [accept] must not be taken for a style.
     for word, style, key in (("warning", "yellow", "warnings"), ("failed", "red", "failures")):
         for line in summary.get(key, ()):
@@ -114,24 +114,11 @@ def stage_bar(stages: Sequence[str], as_json: bool) -> Iterator[Callable[[str], 
         progress.stop()
 
 
-def ask(name: str, url: str) -> None:
-    """Asks whether the vehicle may take off.
+def must_be_asked(what: str, fix: str) -> None:
+    """Nothing, where somebody is there to be asked.
 
     Raises:
-        InputError: nobody is there to be asked.
-        Abort: no.
+        InputError: nobody is.
     """
     if not sys.stdin.isatty():
-        raise InputError(
-            f"fly {name}: nobody is there to be asked. Fix: --yes, if the vehicle at {url} may take off"
-        )
-    typer.confirm(f"Arm the vehicle at {url} and fly {name}?", abort=True, err=True)
-
-
-def say(event: Event) -> None:
-    """Prints what happened in flight, and when."""
-    print(f"{event.t_us / 1e6:8.1f} s  {event.text}", flush=True)
-
-
-def quiet(event: Event) -> None:
-    """Says nothing: with --json there is one object on stdout and nothing else."""
+        raise InputError(f"{what}: nobody is there to be asked. Fix: {fix}")

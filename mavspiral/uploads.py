@@ -15,7 +15,8 @@ from mavspiral.flight.flight_log import Event
 from mavspiral.flight.mission_messages import MissionItem, MissionKind
 from mavspiral.flight.outcome import Outcome, Step
 from mavspiral.flight.plan_upload import MissionLists
-from mavspiral.flight.realtime import drive, open_transport, signer_now
+from mavspiral.flight.realtime import drive, signer_now
+from mavspiral.flight.transports import open_transport
 from mavspiral.flight.upload import AUTOPILOTS, Upload
 
 __all__ = ["Uploaded", "mission_lists", "upload"]

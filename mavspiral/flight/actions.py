@@ -27,9 +27,11 @@ __all__ = [
     "ask_version",
     "at_height",
     "checked",
+    "consented",
     "disarmed",
     "finished",
     "follows",
+    "handed_over",
     "heard",
     "identified",
     "never",
@@ -91,6 +93,8 @@ def origin_known(s: Situation) -> bool:
     """Whether its local origin is known: told by itself, or after a while worked out."""
     vehicle = s.vehicle
     if vehicle.local is None:
+        if s.elapsed_s > _PAIR_AFTER_S:
+            s.tell_once("warning", "waiting: the vehicle does not know where it is yet; has its GPS a fix?")
         return False
     if vehicle.origin is None and s.elapsed_s > _PAIR_AFTER_S and vehicle.place is not None:
         vehicle.origin = origin_from_pair(vehicle.place, vehicle.local)
@@ -116,10 +120,12 @@ def routed(s: Situation) -> bool:
     s.reference = Reference.of(s.trajectory, s.to_vehicle)
     # Compiled, or loaded, on the ground: in the air it would be late.
     Follower(s.reference, s.config.governor, 0.0).advance(0.0, longest_s=0.0, hold=True)
-    east_m, north_m, up_m = home_enu_m
+    # Rounded: -0.0 is on neither side.
+    east_m, north_m, up_m = (round(float(metres), 1) + 0.0 for metres in home_enu_m)
     side = "below the building's ground" if up_m < 0.0 else "above ground"
-    where = f"home is {east_m:.1f} m east and {north_m:.1f} m north of the plan's origin, {abs(up_m):.1f} m {side}"
-    s.tell("info", f"{where}; the flight takes {s.trajectory.duration_s:.0f} s")
+    across, along = "east" if east_m >= 0.0 else "west", "north" if north_m >= 0.0 else "south"
+    where = f"home is {abs(east_m):.1f} m {across} and {abs(north_m):.1f} m {along} of the plan's origin, {abs(up_m):.1f} m {side}"
+    s.tell_once("info", f"{where}; the flight takes {s.trajectory.duration_s:.0f} s")
     return True
 
 
@@ -144,7 +150,7 @@ def checked(s: Situation) -> bool:
     )
     for severity, text in findings:
         if severity == "warning":
-            s.tell(severity, text)
+            s.tell_once(severity, text)
     errors = [text for severity, text in findings if severity == "error"]
     if errors:
         raise LimitError("; ".join(errors))
@@ -155,6 +161,16 @@ def ask_parameters(s: Situation) -> bytes:
     """Ask for the parameters that have not come yet."""
     missing = (name for name in s.profile.parameters if name not in s.vehicle.parameters)
     return b"".join(s.link.parameter_request(name) for name in missing)
+
+
+def consented(s: Situation) -> bool:
+    """Whether the user has agreed to the flight."""
+    return s.consented
+
+
+def handed_over(s: Situation) -> bool:
+    """Whether it holds by itself."""
+    return s.vehicle.mode == s.profile.hold.custom_mode
 
 
 def armed(s: Situation) -> bool:

@@ -126,7 +126,6 @@ def _judge(s: Situation, a: Alignment) -> None:
         f"heights stay as planned: it says that it stands at {alt_m:.1f} m AMSL, {abs(a.rise_m):.1f} m {where} that place",
     )
     a.question = f"shift the plan and its obstacles by {_way(shift_enu_m)} ({shift_m:.2f} m, known to {a.spread_m:.2f} m)"
-    s.tell("info", f"asks: {a.question}?")
 
 
 def _way(shift_enu_m: FloatArray) -> str:

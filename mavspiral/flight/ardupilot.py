@@ -45,6 +45,7 @@ ARDUPILOT = Profile(
     type_mask=TypeMask(0),
     coordinate_frame=1,  # MAV_FRAME_LOCAL_NED
     follow=_GUIDED,
+    hold=_mode("BRAKE", 17),
     land=_mode("LAND", 9),
     go_home=_mode("RTL", 6),
     climb=(_GUIDED,),
@@ -60,7 +61,6 @@ ARDUPILOT = Profile(
         _mode("LOITER", 5),
         _mode("CIRCLE", 7),
         _mode("POSHOLD", 16),
-        _mode("BRAKE", 17),
         _mode("SMART_RTL", 21),
     ),
     telemetry_hz={

@@ -9,7 +9,7 @@ from mavspiral.flight.profile import Profile
 from mavspiral.flight.reference import Extremes
 from mavspiral.flight.vehicle import Vehicle
 
-__all__ = ["Finding", "check_before_arming", "parameter"]
+__all__ = ["Finding", "check_before_arming", "loss_words", "parameter"]
 
 Finding = tuple[str, str]
 """Severity ("warning" or "error") and the words."""
@@ -37,12 +37,14 @@ def check_before_arming(
 
 def _state(vehicle: Vehicle, battery_min_pct: float) -> list[Finding]:
     findings: list[Finding] = []
-    if vehicle.armed:
+    if vehicle.flying:
+        findings.append(
+            ("error", "the vehicle says that it is in the air; land it, mavspiral starts from the ground")
+        )
+    elif vehicle.armed:
         findings.append(
             ("error", "the vehicle is armed already; disarm it, mavspiral starts from the ground")
         )
-    elif vehicle.flying:
-        findings.append(("error", "the vehicle says that it is in the air; mavspiral starts from the ground"))
     battery_pct = vehicle.status.battery_pct if vehicle.status else None
     if battery_pct is None:
         findings.append(("warning", "the vehicle does not tell its battery level"))
@@ -123,6 +125,15 @@ def _pitfalls(vehicle: Vehicle, profile: Profile) -> list[Finding]:
         if now is not None and (wanted := profile.failsafes[name](now, 0.0)) != now:
             findings.append(("warning", f"{name} = {now:g}: {words}; safer: {wanted:g}"))
     return findings
+
+
+def loss_words(vehicle: Vehicle, profile: Profile) -> str:
+    """What the vehicle does by itself without a link, as far as its parameters were read."""
+    action = parameter(vehicle, profile, profile.loss_action)
+    if action is None:
+        return "what the vehicle does now is not known: look at it"
+    does = profile.loss_actions.get(int(action), f"action {int(action)}")
+    return f"the vehicle is on its own: {does} ({profile.loss_action} = {int(action)})"
 
 
 def parameter(vehicle: Vehicle, profile: Profile, name: str) -> float | None:

@@ -66,13 +66,26 @@ def _say(words: str) -> Callable[[Situation], str]:
     return lambda _: words
 
 
+_AUTOPILOTS = {3: "an ArduPilot", 12: "a PX4"}  # MAV_AUTOPILOT
+
+
+def _instead(s: Situation) -> str:
+    """Who was heard instead, and what to do."""
+    heard = [name for number, name in _AUTOPILOTS.items() if number in s.overheard]
+    return (
+        f"{' and '.join(heard)} is there: leave out --autopilot, or name that one"
+        if heard
+        else "check the link and the port"
+    )
+
+
 COURSE: Mapping[State, Row] = {
     State.CONNECT: Row(
         actions.heard,
         State.IDENTIFY,
         within_s=10.0,
         late=Late.NOBODY,
-        words=lambda s: f"nobody answers: no heartbeat of {s.awaited} in 10 s; check the link and the port",
+        words=lambda s: f"nobody answers: no heartbeat of {s.awaited} in 10 s; {_instead(s)}",
     ),
     State.IDENTIFY: Row(
         actions.identified,
@@ -108,6 +121,8 @@ COURSE: Mapping[State, Row] = {
     State.APPROVE: Row(alignment.approved, State.ROUTE),
     State.ROUTE: Row(actions.routed, State.CHECK),
     State.CHECK: Row(actions.checked, State.FAILSAFES, ask=actions.ask_parameters),
+    # A word may be long in coming: where it stands, and the checks, are looked at anew.
+    State.CONSENT: Row(actions.consented, State.ROUTE),
     State.FAILSAFES: Row(
         failsafes.are_set,
         State.ARM,
@@ -169,6 +184,19 @@ COURSE: Mapping[State, Row] = {
         modes=lambda p: (p.follow,),
         streams=True,
         moves=True,
+    ),
+    State.HAND_OVER: Row(
+        actions.handed_over,
+        State.OVER,
+        ask=actions.ask_mode(lambda p: p.hold),
+        within_s=5.0,
+        late=Late.GIVE_UP,
+        words=lambda s: (
+            f"it does not change to {s.profile.hold.name}: nothing more is sent, so its own failsafe takes over; "
+            "change its mode now"
+        ),
+        modes=lambda p: (p.follow, p.hold),
+        streams=True,
     ),
     State.LAND: Row(
         actions.disarmed,

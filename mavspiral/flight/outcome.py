@@ -27,6 +27,7 @@ class State(Enum):
     APPROVE = "await approval"
     ROUTE = "route"
     CHECK = "check"
+    CONSENT = "await your word"
     FAILSAFES = "failsafes"
     ARM = "arm"
     TAKEOFF = "take off"
@@ -37,6 +38,7 @@ class State(Enum):
     HOLD = "hold"
     BRAKE = "brake"
     RETURN = "return"
+    HAND_OVER = "hand over"
     LAND = "land"
     RESTORE = "restore"
     OVER = "over"
@@ -59,6 +61,7 @@ class SessionConfig:
         lost_after_s: a silence after which the link is lost and the setpoints end.
         set_failsafes: set the parameters that make a lost link safe before the flight, and put them back after it.
         dry_run: do everything but arm; nothing is set either.
+        question: what must be approved after the checks, before anything is set or armed; empty if nothing.
         planned_for: the autopilot that the mission names, if it names one; another one is told of.
     """
 
@@ -74,6 +77,7 @@ class SessionConfig:
     lost_after_s: float = 5.0
     set_failsafes: bool = False
     dry_run: bool = False
+    question: str = ""
     planned_for: str | None = None
 
     def __post_init__(self) -> None:

@@ -26,6 +26,7 @@ class Profile:
     Args:
         autopilot: MAV_AUTOPILOT in its heartbeat.
         follow: the mode in which it follows setpoints.
+        hold: the mode in which it holds its position by itself, whether or not there are sticks.
         climb: the modes that it goes through in a commanded take-off.
         arm_in: the mode that it must be in to be armed for this; None where any will do.
         camera_id: the component that takes pictures when it is told to.
@@ -65,6 +66,7 @@ class Profile:
     type_mask: TypeMask
     coordinate_frame: int
     follow: Mode
+    hold: Mode
     land: Mode
     go_home: Mode
     climb: tuple[Mode, ...]
@@ -109,7 +111,7 @@ class Profile:
 
     def mode_name(self, custom_mode: int) -> str:
         """The mode in words."""
-        for mode in (self.follow, self.land, self.go_home, *self.climb, *self.other_modes):
+        for mode in (self.follow, self.hold, self.land, self.go_home, *self.climb, *self.other_modes):
             if mode.custom_mode == custom_mode:
                 return mode.name
         return f"mode {custom_mode:#x}"

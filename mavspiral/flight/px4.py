@@ -46,6 +46,7 @@ PX4 = Profile(
     type_mask=TypeMask(0),
     coordinate_frame=1,  # MAV_FRAME_LOCAL_NED
     follow=_mode("OFFBOARD", 6),
+    hold=_mode("AUTO.LOITER", _AUTO, 3),
     land=_mode("AUTO.LAND", _AUTO, 6),
     go_home=_mode("AUTO.RTL", _AUTO, 5),
     climb=(_mode("AUTO.TAKEOFF", _AUTO, 2), _mode("AUTO.LOITER", _AUTO, 3)),

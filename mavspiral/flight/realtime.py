@@ -1,4 +1,4 @@
-"""The only socket and the only wall clock: drives a session against the world.
+"""The wall clock: drives a session against the world.
 
 Absolute deadlines and plain sleep: the loop wakes for a packet or for the next deadline, whichever is first.
 """
@@ -6,62 +6,27 @@ Absolute deadlines and plain sleep: the loop wakes for a packet or for the next 
 from __future__ import annotations
 
 import contextlib
-import errno
 import gc
-import importlib
-import os
-import re
-import select
 import signal
-import socket
 import sys
 import time
 from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Protocol, TypeVar
 
-from mavspiral.errors import InputError, LinkError
+from mavspiral.errors import LinkError
 from mavspiral.flight.outcome import Outcome, Step
-from mavspiral.flight.signing import SIGNATURE_N, SIGNED, Signer
+from mavspiral.flight.priority import run_as, run_first
+from mavspiral.flight.signing import Signer
+from mavspiral.flight.transports import Transport
 
-__all__ = ["Machine", "Transport", "drive", "open_transport", "signer_now"]
+__all__ = ["Machine", "drive", "signer_now"]
 
 SIGNING_EPOCH_NS = 1_420_070_400_000_000_000
 """2015-01-01 UTC, from which MAVLink's signatures count."""
 
-_READ_N = 65536
-_STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-_DATAGRAM_N = 1400
-_DIAL_S = 10.0
-_PEER_SILENT_S = 3.0
-_BAUD = 57600
+_ENDS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 _SWITCH_S = 0.0005
-_PRIORITY = 10  # of SCHED_FIFO, 1 to 99
-_MAGICS = (b"\xfd", b"\xfe")  # how a datagram of MAVLink begins: a stranger's words open no conversation
-_EXAMPLES = (
-    "udpin://0.0.0.0:14540, udpout://192.168.1.2:14580, tcp://127.0.0.1:5760, serial:///dev/ttyACM0:57600"
-)
-_PYMAVLINK = {
-    "udp": "udpin",
-    "udpin": "udpin",
-    "udpout": "udpout",
-    "tcp": "tcp",
-    "tcpout": "tcp",
-    "tcpin": "tcpin",
-}
-
-
-class Transport(Protocol):
-    """Bytes to and from one vehicle."""
-
-    def send(self, data: bytes) -> None:
-        """Send whole frames."""
-
-    def receive(self, timeout_s: float) -> bytes:
-        """What has come, waiting for it no longer than `timeout_s`; empty if nothing has."""
-
-    def close(self) -> None:
-        """Give up the port."""
 
 
 class Machine(Protocol):
@@ -87,44 +52,30 @@ def signer_now(key: bytes) -> Signer:
     return Signer(key, (time.time_ns() - SIGNING_EPOCH_NS) // 10_000)
 
 
-def open_transport(url: str) -> Transport:
-    """The link at `url`, spelled as MAVSDK or as pymavlink does.
-
-    Raises:
-        InputError: the URL cannot be read, or its port is taken.
-        LinkError: nobody listens at a TCP address, or the serial device is not there.
-    """
-    if serial := re.fullmatch(r"(?:serial(?:_flowcontrol)?://)?((?:/dev/|COM)[^:,]+)(?:[:,](\d+))?", url):
-        return _Serial(serial[1], int(serial[2] or _BAUD))
-    address = re.fullmatch(r"(\w+):(?://)?\[?([^\[\]]*?)\]?:(\d{1,5})", url)
-    kind = _PYMAVLINK.get(address[1]) if address else None
-    if address is None or kind is None or not 0 < int(address[3]) < 65536:
-        raise InputError(f"no link is called {url!r}; write it as one of {_EXAMPLES}")
-    host, port = address[2] or "0.0.0.0", int(address[3])
-    if kind == "udpin" or kind == "udpout":
-        return _Udp(host, port, listens=kind == "udpin")
-    return _Tcp(_dialled(host, port) if kind == "tcp" else _called(host, port))
-
-
 def drive(
     session: M,
     transport: Transport,
     on_step: Callable[[M, Step], None] | None = None,
     *,
+    on_end: Callable[[], None] | None = None,
     now_us: Callable[[], int] = lambda: time.monotonic_ns() // 1000,
 ) -> Outcome:
-    """Fly `session` over `transport` to its end. Ctrl-C asks it to stop; it is never cut off.
+    """Fly `session` over `transport` to its end. Ctrl-C, a polite kill and a terminal that hangs up never cut it off.
+
+    Ctrl-C asks it to stop.
 
     Args:
         session: what to drive.
         transport: to the vehicle.
         on_step: is shown every step; what it does must be quick. If it fails it is not asked again, and the flight
             goes on; the error is raised at the end unless it is an OSError.
+        on_end: is called when the process is to end, or its terminal has gone, so that nobody can be asked any more; by
+            default it is asked to stop.
         now_us: a clock that only goes forward.
     """
     received = b""
     told: Exception | None = None
-    with _interrupts(session.stop), _punctual():
+    with _interrupts(session.stop, on_end or session.stop), _punctual():
         while session.outcome is None:
             step = session.step(now_us(), received)
             try:
@@ -151,32 +102,28 @@ def _punctual() -> Iterator[None]:
     priority is this thread's alone.
     """
     gc.collect()
-    collects, switches_s, before = gc.isenabled(), sys.getswitchinterval(), None
+    collects, switches_s = gc.isenabled(), sys.getswitchinterval()
     gc.disable()
     sys.setswitchinterval(_SWITCH_S)
-    with contextlib.suppress(OSError, AttributeError):  # not allowed, or not on this system
-        before = os.sched_getscheduler(0), os.sched_getparam(0)
-        os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(_PRIORITY))
+    before = run_first()
     try:
         yield
     finally:
         sys.setswitchinterval(switches_s)
         if collects:
             gc.enable()
-        if before is not None:
-            with contextlib.suppress(OSError):
-                os.sched_setscheduler(0, *before)
+        run_as(before)
 
 
 @contextlib.contextmanager
-def _interrupts(stop: Callable[[], None]) -> Iterator[None]:
-    """Within, Ctrl-C, a terminal that hangs up and a polite kill call `stop`, where the interpreter lets us (not in a thread)."""
+def _interrupts(stop: Callable[[], None], end: Callable[[], None]) -> Iterator[None]:
+    """Within, Ctrl-C calls `stop`, a polite kill or a hang-up `end`, where the interpreter lets us (not in a thread)."""
 
-    def interrupted(_signal: int, _frame: FrameType | None) -> None:
-        stop()
+    def caught(number: int, _frame: FrameType | None) -> None:
+        (stop if number == signal.SIGINT else end)()
 
     try:
-        before = {number: signal.signal(number, interrupted) for number in _STOPS}
+        before = {number: signal.signal(number, caught) for number in (signal.SIGINT, *_ENDS)}
     except ValueError:
         yield
         return
@@ -185,169 +132,3 @@ def _interrupts(stop: Callable[[], None]) -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-class _Udp:
-    """A datagram socket. A listening one answers whoever speaks first, until that one falls silent."""
-
-    def __init__(self, host: str, port: int, *, listens: bool) -> None:
-        self._listens = listens
-        self._heard_s = 0.0
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        self._socket = socket.socket(family, socket.SOCK_DGRAM)
-        self._peer: tuple[object, ...] | None = None
-        try:
-            if listens:
-                self._socket.bind((host, port))
-            else:
-                self._peer = socket.getaddrinfo(host, port, family, socket.SOCK_DGRAM)[0][4]
-        except UnicodeError:
-            self._socket.close()
-            raise InputError(f"{host!r} is no host; write the link as one of {_EXAMPLES}") from None
-        except OSError as error:
-            self._socket.close()
-            raise _refused(error, host, port) from error
-        self._socket.setblocking(False)
-
-    def send(self, data: bytes) -> None:
-        if self._peer is None:
-            return
-        for datagram in _datagrams(data):
-            with contextlib.suppress(OSError):  # lost, as on the air: silence decides when the link is
-                self._socket.sendto(datagram, self._peer)
-
-    def receive(self, timeout_s: float) -> bytes:
-        select.select([self._socket], [], [], timeout_s)
-        data = bytearray()
-        while True:
-            try:
-                datagram, peer = self._socket.recvfrom(_READ_N)
-            except BlockingIOError:
-                return bytes(data)
-            except OSError:  # nobody there yet, or the network is away for now
-                return bytes(data)
-            if datagram[:1] in _MAGICS and self._is_ours(peer):
-                data += datagram
-
-    def _is_ours(self, peer: tuple[object, ...]) -> bool:
-        now_s = time.monotonic()
-        silent = now_s - self._heard_s > _PEER_SILENT_S
-        if self._listens and peer != self._peer and silent:
-            self._peer = peer
-        if peer != self._peer:
-            return not self._listens
-        self._heard_s = now_s
-        return True
-
-    def close(self) -> None:
-        self._socket.close()
-
-
-def _dialled(host: str, port: int) -> socket.socket:
-    """A connection to whoever listens there."""
-    try:
-        return socket.create_connection((host, port), timeout=_DIAL_S)
-    except OSError as error:
-        reason = error.strerror or error
-        raise LinkError(f"nobody listens at tcp://{host}:{port} ({reason}); start the vehicle") from error
-
-
-def _called(host: str, port: int) -> socket.socket:
-    """The connection of the first who calls there."""
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    try:
-        server = socket.create_server((host, port), family=family, backlog=1)
-    except UnicodeError:
-        raise InputError(f"{host!r} is no host; write the link as one of {_EXAMPLES}") from None
-    except OSError as error:
-        raise _refused(error, host, port, "TCP") from error
-    with server:
-        server.settimeout(_DIAL_S)
-        try:
-            return server.accept()[0]
-        except TimeoutError as error:
-            raise LinkError(
-                f"nobody called at tcpin://{host}:{port} in {_DIAL_S:g} s; start the vehicle"
-            ) from error
-
-
-class _Tcp:
-    """A connection that is open."""
-
-    def __init__(self, connection: socket.socket) -> None:
-        self._socket = connection
-        self._socket.settimeout(_DIAL_S)
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-
-    def send(self, data: bytes) -> None:
-        try:
-            self._socket.sendall(data)
-        except OSError as error:
-            raise LinkError(f"the connection broke: {error.strerror or error}") from error
-
-    def receive(self, timeout_s: float) -> bytes:
-        try:
-            if not select.select([self._socket], [], [], timeout_s)[0]:
-                return b""
-            data = self._socket.recv(_READ_N)
-        except OSError as error:
-            raise LinkError(f"the connection broke: {error.strerror or error}") from error
-        if not data:
-            raise LinkError("the vehicle closed the connection")
-        return data
-
-    def close(self) -> None:
-        self._socket.close()
-
-
-class _Serial:
-    """A serial device, by pyserial."""
-
-    def __init__(self, device: str, baud: int) -> None:
-        try:
-            serial = importlib.import_module("serial")
-        except ImportError as error:
-            raise InputError(f"{device} needs pyserial: pip install pyserial") from error
-        try:
-            self._port = serial.Serial(device, baud, timeout=0, write_timeout=1)
-        except (OSError, ValueError) as error:
-            raise LinkError(f"{device} cannot be opened: {error}") from error
-
-    def send(self, data: bytes) -> None:
-        try:
-            self._port.write(data)
-        except OSError as error:
-            raise LinkError(f"{self._port.name} broke: {error}") from error
-
-    def receive(self, timeout_s: float) -> bytes:
-        self._port.timeout = timeout_s
-        try:
-            first: bytes = self._port.read(1)
-            return first + self._port.read(self._port.in_waiting) if first else b""
-        except OSError as error:
-            raise LinkError(f"{self._port.name} broke: {error}") from error
-
-    def close(self) -> None:
-        self._port.close()
-
-
-def _refused(error: OSError, host: str, port: int, kind: str = "UDP") -> InputError:
-    if error.errno == errno.EADDRINUSE:
-        return InputError(
-            f"{kind} port {port} is taken by another program (a ground station, another mavspiral?); "
-            f"close it or give this link another port"
-        )
-    return InputError(f"cannot use {host}:{port}: {error.strerror or error}; is the address right?")
-
-
-def _datagrams(data: bytes) -> Iterator[bytes]:
-    """`data`, which is whole MAVLink 2 frames, in pieces of whole frames that fit a datagram."""
-    begin = end = 0
-    while end < len(data):
-        size = data[end + 1] + 12 + SIGNATURE_N * (data[end + 2] & SIGNED)
-        if end + size - begin > _DATAGRAM_N and end > begin:
-            yield data[begin:end]
-            begin = end
-        end += size
-    if end > begin:
-        yield data[begin:end]

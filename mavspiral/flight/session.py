@@ -15,6 +15,7 @@ from typing import Any
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import LimitError, LinkError, MavspiralError
 from mavspiral.flight.alignment import Alignment
+from mavspiral.flight.checks import loss_words
 from mavspiral.flight.course import COURSE, Late, Row
 from mavspiral.flight.doubts import Doubts
 from mavspiral.flight.energy import Battery
@@ -43,6 +44,7 @@ from mavspiral.flight.signing import Signer
 from mavspiral.flight.situation import Route, Situation, WayHome
 from mavspiral.flight.streamer import Streamer
 from mavspiral.flight.telemetry import TelemetryRequest
+from mavspiral.flight.wishes import ALREADY, REPLIES, Wish
 from mavspiral.frames import GeoPoint, LocalFrame
 from mavspiral.motion.trajectory import Trajectory
 
@@ -113,7 +115,8 @@ class Session:
         self._out: list[bytes] = []
         self._told_n = 0
         self._heard_us = 0
-        self._stop_asked = False
+        self._wish: Wish | None = None
+        self._held = State.STREAM
         self._ask_due_us = 0
         self._failure: str | None = None
         self._refused = False
@@ -130,8 +133,9 @@ class Session:
         if not self._begun:
             self._begin()
         self._take_in(s.link.receive(received))
-        if self._stop_asked and self.outcome is None:
-            self._stop()
+        if self._wish is not None and self.outcome is None:
+            wish, self._wish = self._wish, None
+            self._obey(wish)
         if self.outcome is None:
             self._watch()
         if self.outcome is None:
@@ -155,7 +159,19 @@ class Session:
 
         On the ground it is over, in the climb it lands. The next step acts on it.
         """
-        self._stop_asked = True
+        self._wish = Wish.STOP
+
+    def wish(self, wish: Wish) -> None:
+        """Ask for something, from any thread or signal; the next step acts on it."""
+        self._wish = wish
+
+    @property
+    def question(self) -> str:
+        """What must be approved before the flight goes on: how the plan is shifted, then the flight itself; else empty."""
+        alignment = self._s.alignment
+        if self.state is State.APPROVE and alignment is not None and not alignment.approved:
+            return alignment.question
+        return self._s.config.question if self.state is State.CONSENT and not self._s.consented else ""
 
     @property
     def alignment(self) -> Alignment | None:
@@ -163,13 +179,17 @@ class Session:
         return self._s.alignment
 
     def approve(self) -> None:
-        """Agree to the alignment's question; `stop` says no."""
-        if self._s.alignment is not None and self._s.alignment.question:
+        """Agree to the question; `stop` says no."""
+        if self.state is State.CONSENT:
+            self._s.consented = True
+        elif self._s.alignment is not None and self._s.alignment.question:
             self._s.alignment.approved = True
 
     def link_broke(self, reason: str) -> None:
         """The link is gone for good, says whoever drives us."""
         if self.outcome is None:
+            if self._row.modes is not None:
+                reason = f"{reason}; {loss_words(self._s.vehicle, self._s.profile)}"
             self._conclude(reason, LinkError.exit_code)
 
     @property
@@ -200,6 +220,11 @@ class Session:
     def rows_since(self, row: int) -> bytes:
         """The log's rows from number `row` on, raw (`journal`)."""
         return self._streamer.recorder.since(row)
+
+    @property
+    def left_the_ground(self) -> bool:
+        """Whether there is anything to log: it was armed, and asked to take off."""
+        return self._s.trajectory is not None and bool(self.rows_since(0))
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -253,7 +278,10 @@ class Session:
             s.tell("warning", "refused: a frame that was not signed with our key, or had come before")
         for message in messages:
             if s.link.vehicle is None:
-                if not isinstance(message, Heartbeat) or message.autopilot not in self._profiles:
+                if not isinstance(message, Heartbeat):
+                    continue
+                if message.autopilot not in self._profiles:
+                    s.overheard.add(message.autopilot)
                     continue
                 s.link.vehicle = message.system_id, message.component_id
                 s.profile = self._profiles[message.autopilot]
@@ -279,7 +307,7 @@ class Session:
         s = self._s
         silence_s = (s.now_us - self._heard_us) * 1e-6
         if silence_s > s.config.lost_after_s and s.link.vehicle is not None:
-            self._conclude(f"link lost: nothing came for {silence_s:.0f} s", LinkError.exit_code)
+            self.link_broke(f"link lost: nothing came for {silence_s:.0f} s")
             return
         beat = s.vehicle.heartbeat
         if self._row.modes is None or beat is None:
@@ -355,33 +383,48 @@ class Session:
             self._give_up(f"it had to be waited for {waited_s:.0f} s in all; flying home", State.BRAKE)
 
     def _watch_battery(self) -> None:
-        """Once a second, and only as long as there is inspection left to give up."""
+        """Once a second, and only as long as there is inspection left to give up; a hold lasts no longer either."""
         s = self._s
-        if self.state is not State.STREAM or s.trajectory is None or not self._battery_looks.take(s.now_us):
+        if (
+            self.state not in (State.STREAM, State.HOLD)
+            or s.trajectory is None
+            or not self._battery_looks.take(s.now_us)
+        ):
             return
-        if s.path_t_s < s.trajectory.span_s("inspection")[1] and (why := self._battery.time_to_return(s)):
+        held = self.state is State.HOLD
+        if (held or s.path_t_s < s.trajectory.span_s("inspection")[1]) and (
+            why := self._battery.time_to_return(s)
+        ):
             self._give_up(f"{why}; flying home", State.BRAKE)
 
-    def _stop(self) -> None:
-        self._stop_asked = False
+    def _obey(self, wish: Wish) -> None:
         if self.state is State.RESTORE:
             self._enter(State.OVER)
         elif self._row.modes is None:
             self._conclude("stopped before take-off")
-        elif self.state in (State.TAKEOFF, State.PRESTREAM, State.OFFBOARD):
-            self._give_up("stopped by the user; landing", State.LAND)
-        elif self.state in (State.ALIGN, State.STREAM):
-            self._s.tell("warning", "stopping: the vehicle holds its position; stop again to fly home")
+        elif self.state is State.HOLD and wish is Wish.GO_ON:
+            self._go_on()
+        elif (reply := REPLIES.get((self.state, wish))) is None:
+            self._s.tell("warning", ALREADY.get(self.state, "nothing to be done about that now"))
+        elif reply[1] is State.HOLD:
+            self._held = self.state
+            self._s.tell("warning", reply[0])
             self._enter(State.HOLD)
-        elif self.state is State.HOLD:
-            self._give_up("stopped by the user; flying home", State.BRAKE)
+        else:
+            self._give_up(*reply)
+
+    def _go_on(self) -> None:
+        """Where it was stopped: the follower has kept its place."""
+        self.state, self._row = self._held, COURSE[self._held]
+        self._s.entered_us = self._ask_due_us = self._s.now_us
+        self._s.tell("info", f"going on: {self.state.value}")
 
     def _hands_off(self, beat: Heartbeat) -> None:
         mode = self._s.profile.mode_name(beat.custom_mode)
         if beat.system_status >= SystemStatus.CRITICAL:
             self._conclude(f"the vehicle's own failsafe took over: {mode}")
         else:
-            self._conclude(f"pilot took over: {mode}")
+            self._conclude(f"pilot took over: {mode}; nothing more is sent to the vehicle")
 
     def _turn(self) -> None:
         """Go as far along the course as it lets us, then ask for what the present state needs."""
@@ -419,11 +462,17 @@ class Session:
             self._conclude(words, LinkError.exit_code if row.late is Late.NOBODY else LimitError.exit_code)
 
     def _enter(self, state: State) -> None:
-        if state is State.ARM and self._s.config.dry_run:
+        s = self._s
+        if state is State.ARM and s.config.dry_run:
             self._conclude("dry run: all but arming went well", 0)
             return
-        if state is State.ROUTE and self.state is State.ORIGIN and self._s.alignment is not None:
+        if state is State.ROUTE and self.state is State.ORIGIN and s.alignment is not None:
             state = State.MEASURE
+        if state is State.FAILSAFES and s.config.question and not (s.consented or s.config.dry_run):
+            state = State.CONSENT
+        if state is State.OVER and self.state is State.HAND_OVER:
+            self._conclude(f"handed over: it holds in {s.profile.hold.name}; change its mode to fly it")
+            return
         if state is State.OVER:
             self.state = State.LAND  # where the flight ended
             self._conclude(
@@ -431,7 +480,6 @@ class Session:
                 1 if self._failure else 0,
             )
             return
-        s = self._s
         self.state, self._row = state, COURSE[state]
         s.entered_us = self._ask_due_us = s.now_us
         self._entry_mode, self._mode_reached = s.vehicle.mode, False

@@ -3,7 +3,8 @@
 A shot by `camera` is numbered, and commanded again under the same number until its picture is told or the next is due,
 so that a lost packet costs no picture and makes no second one. The camera numbers its pictures too: a gap in what is
 told of them is a picture that was taken and whose telling was lost. Behind the last shot that was told there is no gap:
-there the camera is asked for its next picture, until it tells or denies it. A shot by `digicam` cannot be numbered and
+there the camera is asked for its next picture, until it tells or denies it. Before the first that was told there is none
+either: if the camera does not count it as its first, it is asked for the one before, whether that was ours. A shot by `digicam` cannot be numbered and
 is commanded once. By `distance` the vehicle itself shoots, from the first shot to the last. With `none` the camera
 runs by itself, and nothing is counted.
 """
@@ -88,6 +89,8 @@ class Shutter:
         self._pitches_deg: list[float] = []
         self._open: list[_Order] = []
         self._newest: int | None = None
+        self._doubted: list[_Order] = []  # before the first picture that was told
+        self._before, self._before_due_us, self._before_asks_n = -1, 0, 0
         self._runs = False
         self._answered = True
         self._tells_due_us = 0
@@ -115,8 +118,10 @@ class Shutter:
         if self._orders.trigger == "distance":
             told = self._by_distance(on_it and self._due_s[0] <= path_t_s <= self._due_s[-1])
         elif self._orders.trigger != "none":
+            if self._doubted:
+                told = self._ask_before()
             if self._open:
-                told = self._again()
+                told += self._again()
             if on_it and self.commanded_n < len(self._due_s) and path_t_s >= self._due_s[self.commanded_n]:
                 told += self._shoot(self.commanded_n)
                 self.commanded_n += 1
@@ -128,14 +133,19 @@ class Shutter:
         """Take in what the camera or the vehicle has answered."""
         if isinstance(message, ImageCaptured):
             if message.taken and (self._newest is None or message.image_index > self._newest):
-                unheard_n = 0 if self._newest is None else message.image_index - self._newest - 1
+                unheard_n = -1 if self._newest is None else message.image_index - self._newest - 1
                 self._newest = message.image_index
                 self._taken(message.time_boot_ms * 1e-3, unheard_n)
+            elif message.taken and self._doubted and message.image_index == self._before:
+                self._taken_before(message.time_boot_ms * 1e-3)
         elif isinstance(message, CommandAck):
             if message.command == Command.IMAGE_START_CAPTURE and message.result == Result.ACCEPTED:
                 for order in [order for order in self._open if not order.accepted][:1]:
                     order.accepted = True
             elif message.command == Command.REQUEST_MESSAGE and message.result in _REFUSED:
+                if self._before_asks_n:
+                    self._deny_doubted()
+                    return
                 for order in self._open[-1:]:
                     order.asks_n = _ASKS_N if order.asks_n else 0
             elif message.command == Command.DO_SET_CAM_TRIGG_DIST:
@@ -144,7 +154,7 @@ class Shutter:
                 self._tilted = True
 
     def _taken(self, vehicle_s: float, unheard_n: int) -> None:
-        """A picture was taken then, and `unheard_n` others since the last that was told."""
+        """A picture was taken then, and `unheard_n` others since the last that was told; -1 where none was."""
         if self._orders.trigger == "distance":
             self.pictures.append(Picture(-1, vehicle_s))
             return
@@ -154,12 +164,41 @@ class Shutter:
         *earlier, this = before
         for order in earlier:
             self._open.remove(order)
-            if order.accepted or order in earlier[len(earlier) - unheard_n :]:
+            if order.accepted or (unheard_n > 0 and order in earlier[-unheard_n:]):
                 self.pictures.append(Picture(order.shot, order.vehicle_s))
+            elif unheard_n < 0 and self._newest:
+                self._doubted.append(order)
+                self._before = self._newest - 1
             else:
                 self._s.tell("warning", f"shot {order.shot + 1} was not taken")
         self._open.remove(this)
         self.pictures.append(Picture(this.shot, vehicle_s))
+
+    def _ask_before(self) -> bytes:
+        if not self._doubted or self._s.now_us < self._before_due_us:
+            return b""
+        if self._before_asks_n >= _ASKS_N:
+            self._deny_doubted()
+            return b""
+        self._before_due_us = self._s.now_us + _AGAIN_US
+        self._before_asks_n += 1
+        return self._asked(self._before)
+
+    def _taken_before(self, vehicle_s: float) -> None:
+        """The picture before the first that was told was taken then: ours, or one that was on the card already."""
+        ours = [order for order in self._doubted if order.vehicle_s <= vehicle_s + _EARLY_S]
+        if ours:
+            self.pictures.append(Picture(ours[-1].shot, vehicle_s))
+            self._doubted.remove(ours[-1])
+        if self._before == 0 or len(ours) < 2:
+            self._deny_doubted()
+            return
+        self._before, self._before_asks_n, self._before_due_us = self._before - 1, 0, 0
+
+    def _deny_doubted(self) -> None:
+        for order in self._doubted:
+            self._s.tell("warning", f"shot {order.shot + 1} was not taken")
+        self._doubted, self._before_asks_n = [], 0
 
     def _shoot(self, shot: int) -> bytes:
         s = self._s
@@ -182,8 +221,11 @@ class Shutter:
         if self._newest is None or newest.asks_n >= _ASKS_N:
             return b""
         newest.asks_n += 1
-        asked = (MessageId.CAMERA_IMAGE_CAPTURED, self._newest + 1.0)
-        return self._s.link.command(Command.REQUEST_MESSAGE, *asked, component=self._s.profile.camera_id)
+        return self._asked(self._newest + 1)
+
+    def _asked(self, image_index: int) -> bytes:
+        what = (MessageId.CAMERA_IMAGE_CAPTURED, float(image_index))
+        return self._s.link.command(Command.REQUEST_MESSAGE, *what, component=self._s.profile.camera_id)
 
     def _settle(self) -> None:
         """A shot that was accepted long ago was taken, though nobody told: we know when it was commanded."""

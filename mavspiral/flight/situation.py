@@ -42,8 +42,10 @@ class Situation:
         entered_us: when the present state began.
         local_us: when the vehicle last told its position.
         awaited: the autopilots that it may be, in words.
+        overheard: MAV_AUTOPILOT of others that were heard instead.
         origin: the origin that `to_vehicle` was made from.
         follower: what is being flown, from pre-stream on.
+        consented: whether the config's question was answered with yes.
         alignment: where the vehicle is said to stand, and what came of it; None where the plan lies as it is.
         failsafes_wanted: the parameters that are set for this flight, and `failsafes_before` what they were.
     """
@@ -66,8 +68,10 @@ class Situation:
     trajectory: Trajectory | None = None
     leg_begins_s: tuple[float, ...] = ()
     awaited: str = ""
+    overheard: set[int] = field(default_factory=set)
     reference: Reference | None = None
     follower: Follower | None = None
+    consented: bool = False
     alignment: Alignment | None = None
     failsafes_wanted: dict[str, float] = field(default_factory=dict)
     failsafes_before: dict[str, float] = field(default_factory=dict)
@@ -86,6 +90,11 @@ class Situation:
     def tell(self, severity: str, text: str) -> None:
         """Add to the events."""
         self.events.append(Event(self.now_us, severity, text))
+
+    def tell_once(self, severity: str, text: str) -> None:
+        """Add to the events what is not among them yet."""
+        if all((event.severity, event.text) != (severity, text) for event in self.events):
+            self.tell(severity, text)
 
     def answer(self, command: Command) -> str:
         """How the vehicle last answered `command`, in words."""

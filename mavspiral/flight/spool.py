@@ -8,6 +8,7 @@ from collections import deque
 from pathlib import Path
 
 from mavspiral.errors import InputError
+from mavspiral.flight.priority import run_first
 
 __all__ = ["Spool"]
 
@@ -66,6 +67,7 @@ class Spool:
         os.close(self._file)
 
     def _run(self) -> None:
+        run_first()
         rounds_n = 0
         while not self._over.wait(_EVERY_S):
             rounds_n += 1

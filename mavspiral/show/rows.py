@@ -73,7 +73,9 @@ def flight_rows(s: dict[str, Any], mission: Mission) -> list[tuple[str, str, str
 
 
 def live_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
-    """Name and value of each figure of a real flight's summary, by the vehicle's own estimate."""
+    """Name and value of each figure of a real flight's summary, by the vehicle's own estimate; none if it stayed on the ground."""
+    if s["clearance_min_m"] is None:
+        return []
     return [
         ("flight", f"{s['duration_s']:.1f} s", ""),
         ("tracking, 95 %", _metres(s["tracking"]["p95_m"]), ""),

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pymavlink.dialects.v20 import common
 
 from sitl.link.codec import Codec, CodecState, Received
-from sitl.link.commands import ORDERS, Command, answered, command_of
+from sitl.link.commands import ORDERS, Command, answered, command_of, whole_number
 from sitl.link.helm import Helm
 from sitl.link.instruments import image_captured
 from sitl.link.messages import Message, MessageType, message_type
@@ -30,6 +30,8 @@ _INFORMATION = message_type("CAMERA_INFORMATION")
 _SETTINGS = message_type("CAMERA_SETTINGS")
 _STORAGE = message_type("STORAGE_INFORMATION")
 _CAPTURE_STATUS = message_type("CAMERA_CAPTURE_STATUS")
+
+_IMAGE_CAPTURED_ID = message_type("CAMERA_IMAGE_CAPTURED").ID
 
 _BEAT_US = 1_000_000
 _COMMANDS = (message_type("COMMAND_LONG"), message_type("COMMAND_INT"))
@@ -112,6 +114,7 @@ class CameraState:
 
     codec: CodecState
     due_us: int
+    shots: tuple[Shot, ...] = ()
 
 
 class Camera:
@@ -120,6 +123,7 @@ class Camera:
     def __init__(self, system: int, signer: Signer | None = None) -> None:
         self._codec = Codec(system, CAMERA_COMPONENT, signer)
         self._due_us = 0
+        self._shots: list[Shot] = []
 
     def send(self, now_us: int) -> bytes:
         """Its heartbeat, when that is due."""
@@ -146,22 +150,28 @@ class Camera:
         return out if message is None else out + self._codec.encode(message)
 
     def show(self, shot: Shot) -> bytes:
-        """The picture that was taken, for whoever listens."""
+        """The picture that was taken, for whoever listens; it is told again to whoever asks for its number."""
+        self._shots.append(shot)
         return self._codec.encode(image_captured(shot))
 
     def snapshot(self) -> CameraState:
         """All that it remembers."""
-        return CameraState(self._codec.snapshot(), self._due_us)
+        return CameraState(self._codec.snapshot(), self._due_us, tuple(self._shots))
 
     def restore(self, state: CameraState) -> None:
         """Go on from a snapshot."""
         self._codec.restore(state.codec)
         self._due_us = state.due_us
+        self._shots = list(state.shots)
 
     def _obey(self, command: Command, helm: Helm) -> tuple[int, Message | None]:
         wanted = _OLD_REQUESTS.get(command.number)
         if command.number == common.MAV_CMD_REQUEST_MESSAGE:
             wanted = int(command.param1) if math.isfinite(command.param1) else -1
+        if wanted == _IMAGE_CAPTURED_ID:
+            number = whole_number(command.param2)
+            told = next((shot for shot in self._shots if shot.index == number), None)
+            return (_DENIED, None) if told is None else (_DONE, image_captured(told))
         if wanted is not None:
             builder = _BY_ID.get(wanted)
             return (_UNKNOWN, None) if builder is None else (_DONE, builder(helm.report()))

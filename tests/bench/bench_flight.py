@@ -60,7 +60,8 @@ def bench_step(tap=None):
 
 def bench_schedule(seconds=10.0):
     """How late setpoints leave on an absolute deadline, through a real socket: µs, p50, p99, max."""
-    from mavspiral.flight.realtime import drive, open_transport
+    from mavspiral.flight.realtime import drive
+    from mavspiral.flight.transports import open_transport
 
     transport = open_transport("udpout://127.0.0.1:9")
     session, px4 = make_session(), FakePx4(VEHICLE_ORIGIN, HOME)

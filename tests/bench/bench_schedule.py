@@ -2,7 +2,8 @@
 
 The vehicle is `python -m sitl`, the log is written as `fly` writes it. A setpoint's lateness is from its deadline, a
 multiple of 20 ms after the first, to the return of the system call that sends it. Quiet, then with one core kept busy.
-The machine decides: on one that others use, look at the quantiles and not at the worst.
+Below each row: a bare loop of the same priority that only sleeps, at the same time on the same machine (what is late there, we
+cannot mend), and the processor time that we took from waking up to having sent (what a stolen processor adds is in it, too).
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import random
+import select
 import signal
 import subprocess
 import sys
@@ -31,24 +33,46 @@ class Timed:
 
     def __init__(self, transport, begin_us):
         self.transport, self.begin_us, self.gone_us = transport, begin_us, []
+        self.took_ms, self._woke_ns = [], time.thread_time_ns()
 
     def send(self, data):
         self.transport.send(data)
         if data[7:10] == SETPOINT or SETPOINT in data:
             self.gone_us.append(time.monotonic_ns() // 1000 - self.begin_us)
+            self.took_ms.append((time.thread_time_ns() - self._woke_ns) / 1e6)
+
+    def receive(self, timeout_s):
+        data = self.transport.receive(timeout_s)
+        self._woke_ns = time.thread_time_ns()
+        return data
 
     def __getattr__(self, name):
         return getattr(self.transport, name)
 
 
-def flight(seconds: float) -> tuple[np.ndarray, str]:
-    """Lateness of each setpoint in ms, and how it ended."""
+def bare(seconds, told):
+    """Lateness in ms of a loop that does nothing, put into the queue `told`."""
+    from mavspiral.flight.priority import run_first
+
+    run_first()
+    late_ms, due_ns = [], time.monotonic_ns()
+    end_ns = due_ns + round(seconds * 1e9)
+    while due_ns < end_ns:
+        due_ns += PERIOD_US * 1000
+        select.select([], [], [], max(0.0, (due_ns - time.monotonic_ns()) / 1e9))
+        late_ms.append((time.monotonic_ns() - due_ns) / 1e6)
+    told.put(late_ms)
+
+
+def flight(seconds: float) -> tuple[np.ndarray, np.ndarray, str]:
+    """Lateness of each setpoint in ms, the processor time it took, and how it ended."""
     from mavspiral import load_mission, plan
     from mavspiral.flight.flight_log import TlogWriter
     from mavspiral.flight.journal import JournalWriter
     from mavspiral.flight.outcome import SessionConfig
-    from mavspiral.flight.realtime import drive, open_transport
+    from mavspiral.flight.realtime import drive
     from mavspiral.flight.session import Session
+    from mavspiral.flight.transports import open_transport
     from mavspiral.logbook.recording import Recording
 
     inspection = plan(load_mission(ROOT / "missions" / "kiosk.toml"))
@@ -89,6 +113,7 @@ def flight(seconds: float) -> tuple[np.ndarray, str]:
         missed = np.diff(timed.gone_us) > 1.5 * PERIOD_US
         return (
             late_us / 1e3,
+            np.array(timed.took_ms),
             f"{len(late_us)} setpoints, {missed.sum()} deadlines missed; {session.outcome.reason}",
         )
     finally:
@@ -109,11 +134,20 @@ def main() -> None:
         burner = multiprocessing.Process(target=burn, daemon=True)
         if name != "quiet":
             burner.start()
-        late_ms, told = flight(seconds)
+        queue = multiprocessing.Queue()
+        beside = multiprocessing.Process(target=bare, args=(seconds, queue), daemon=True)
+        beside.start()
+        late_ms, took_ms, told = flight(seconds)
+        bare_ms = np.array(queue.get())
         if burner.is_alive():
             burner.terminate()
-        figures = (*np.quantile(late_ms, [0.5, 0.99]), late_ms.max())
-        print(f"{name:16}" + "".join(f"{ms:8.2f}" for ms in figures) + f"       {p99:g}, {worst:g}   {told}")
+        print(f"{name:16}{quantiles(late_ms)}       {p99:g}, {worst:g}   {told}")
+        print(f"{'  a bare loop':16}{quantiles(bare_ms)}")
+        print(f"{'  processor':16}{quantiles(took_ms)}", flush=True)
+
+
+def quantiles(values_ms):
+    return "".join(f"{ms:8.2f}" for ms in (*np.quantile(values_ms, [0.5, 0.99]), values_ms.max()))
 
 
 if __name__ == "__main__":

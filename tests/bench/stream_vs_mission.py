@@ -17,9 +17,9 @@ from mavspiral.flight.autopilots import PROFILES, Autopilot
 from mavspiral.frames import wrap_rad
 from mavspiral.handover import inspection_missions
 from mavspiral.logbook.flown import Flight, log_along
-from mavspiral.motion.nearest import path_times_s
 
 ROOT = Path(__file__).parents[2]
+GRID_S = 0.05
 MISSIONS = ("kiosk", "asilo", "torre")
 
 
@@ -31,10 +31,13 @@ def beside_m(flight: Flight) -> np.ndarray:
 
 
 def gaze_off_deg(flight: Flight) -> np.ndarray:
-    """At each picture, the angle to the gaze that is planned for the nearest point of the curve."""
-    shots = flight.shots
-    t_s = path_times_s(flight.trajectory, shots.position_enu_m)
-    return np.degrees(np.abs(wrap_rad(shots.yaw_enu_rad - flight.trajectory(t_s).yaw_enu_rad)))
+    """At each picture, the angle to the gaze that is planned for the nearest point of the whole curve, whichever sortie took it."""
+    planned = flight.inspection.trajectory.sampled(GRID_S)
+    nearest = [
+        int(((planned.position_enu_m - place) ** 2).sum(axis=1).argmin())
+        for place in flight.shots.position_enu_m
+    ]
+    return np.degrees(np.abs(wrap_rad(flight.shots.yaw_enu_rad - planned.yaw_enu_rad[nearest])))
 
 
 def row(name: str, via: Via, dialect: Autopilot) -> str:

@@ -326,4 +326,4 @@ def test_another_autopilot_than_the_mission_names_is_said():
 def test_only_the_autopilot_that_was_asked_for_is_flown():
     flight = Flight(profiles=(PROFILES["px4"],)).fly(30.0)
     assert flight.session.outcome.exit_code == 3
-    assert "no heartbeat of PX4 in 10 s" in flight.session.outcome.reason
+    assert "no heartbeat of PX4 in 10 s; an ArduPilot is there" in flight.session.outcome.reason

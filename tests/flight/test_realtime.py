@@ -14,9 +14,11 @@ import pytest
 from fake_flight import make_session, split
 
 from mavspiral.errors import InputError, LinkError
-from mavspiral.flight import realtime
+from mavspiral.flight import transports
 from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
-from mavspiral.flight.realtime import drive, open_transport
+from mavspiral.flight.realtime import drive
+from mavspiral.flight.transports import open_transport
+from mavspiral.flight.wishes import Wish
 
 
 def free_port(kind=socket.SOCK_DGRAM):
@@ -161,6 +163,30 @@ def test_ctrl_c_holds_and_again_flies_home(px4):
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_a_polite_kill_flies_home_since_nobody_can_be_asked(px4):
+    port = free_port()
+    told = []
+
+    def at_step(session):
+        if session.path_t_s > 30 and not told:
+            told.append(radio.now_us)
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    session, radio = make_session(), Radio(px4, port, at_step)
+    before = signal.getsignal(signal.SIGTERM)
+    with opened(f"udp:127.0.0.1:{port}") as transport:
+        outcome = drive(
+            session,
+            transport,
+            radio,
+            on_end=lambda: session.wish(Wish.GO_HOME),
+            now_us=lambda: radio.now_us,
+        )
+    assert outcome.reason == "landed, disarmed (stopped by the user; flying home)"
+    assert State.HOLD.value not in [event.text for event in session.events]
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
 def test_a_dry_run_in_real_time(px4):
     """Both ends on the wall clock, the vehicle in a thread of its own, for three seconds."""
     port = free_port()
@@ -223,7 +249,7 @@ def test_a_listening_port_answers_whoever_spoke_first():
 
 def test_datagrams_hold_whole_frames():
     frame = make_session().step(0, b"").send
-    pieces = list(realtime._datagrams(frame * 200))
+    pieces = list(transports._datagrams(frame * 200))
     assert b"".join(pieces) == frame * 200
     assert all(len(piece) % len(frame) == 0 and len(piece) <= 1400 for piece in pieces)
     assert len(pieces) == 4
@@ -313,7 +339,7 @@ def test_a_vehicle_that_calls_us_is_answered(spelling):
 
 
 def test_nobody_calls(monkeypatch):
-    monkeypatch.setattr(realtime, "_DIAL_S", 0.05)
+    monkeypatch.setattr(transports, "_DIAL_S", 0.05)
     with pytest.raises(LinkError, match="nobody called"):
         open_transport(f"tcpin:127.0.0.1:{free_port(socket.SOCK_STREAM)}")
 

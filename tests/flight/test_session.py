@@ -44,7 +44,16 @@ def test_a_flight_from_connecting_to_disarming(px4):
     fly(session, px4)
     assert session.outcome.ok and session.outcome.exit_code == 0
     states = [event.text for event in session.events if event.text in {s.value for s in State}]
-    aside = (State.MEASURE, State.APPROVE, State.HOLD, State.BRAKE, State.RETURN, State.OVER)
+    aside = (
+        State.MEASURE,
+        State.APPROVE,
+        State.CONSENT,
+        State.HAND_OVER,
+        State.HOLD,
+        State.BRAKE,
+        State.RETURN,
+        State.OVER,
+    )
     assert states == [s.value for s in State if s not in aside]
     assert not px4.armed and px4.armed_height_m == pytest.approx(0.0, abs=0.06)
     assert [t for t in texts(session).split(" | ") if t.startswith("leg")] == [
@@ -173,7 +182,10 @@ def test_a_pilot_s_hand_wins_at_once(px4):
     fly(session, px4, until=streaming_for(session, 30))
     px4.mode = POSCTL
     end_us = fly_on(session, px4)
-    assert not session.outcome.ok and session.outcome.reason == "pilot took over: POSCTL"
+    assert (
+        not session.outcome.ok
+        and session.outcome.reason == "pilot took over: POSCTL; nothing more is sent to the vehicle"
+    )
     heard = len(px4.setpoints)
     for k in range(500):
         received = b"".join(px4.step(end_us + k * 10_000, []))
@@ -188,13 +200,19 @@ def test_a_pilot_s_hand_wins_in_the_climb_and_on_the_way_down(px4):
     fly(session, px4, until=lambda: px4.armed_height_m > 5)
     px4.mode = POSCTL
     fly_on(session, px4)
-    assert session.outcome.reason == "pilot took over: POSCTL" and session.outcome.state is State.TAKEOFF
+    assert (
+        session.outcome.reason == "pilot took over: POSCTL; nothing more is sent to the vehicle"
+        and session.outcome.state is State.TAKEOFF
+    )
 
     session, px4 = make_session(), type(px4)(VEHICLE_ORIGIN)
     fly(session, px4, until=lambda: session.state is State.LAND)
     px4.mode = POSCTL  # before our own LAND is seen
     fly_on(session, px4, up=lambda frames: [])
-    assert session.outcome.reason == "pilot took over: POSCTL" and session.outcome.state is State.LAND
+    assert (
+        session.outcome.reason == "pilot took over: POSCTL; nothing more is sent to the vehicle"
+        and session.outcome.state is State.LAND
+    )
 
 
 def test_the_vehicle_s_own_failsafe_is_told_from_a_pilot(px4):
@@ -284,7 +302,10 @@ def test_a_lost_link_is_told_and_ends_the_stream(px4):
         for m in parsed(session.step(end_us, b"").send):
             if m.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
                 speeds.append(math.hypot(m.vx, m.vy, m.vz))
-    assert session.outcome.exit_code == 3 and "link lost" in session.outcome.reason
+    assert session.outcome.exit_code == 3
+    assert session.outcome.reason == (
+        "link lost: nothing came for 5 s; the vehicle is on its own: Hold (COM_OBL_RC_ACT = 5)"
+    )
     assert speeds[0] > 1.5 and speeds[-1] == 0.0, "blind, it has stopped"
     assert len(speeds) == pytest.approx(5 * 50, abs=5)
 

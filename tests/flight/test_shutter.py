@@ -139,6 +139,36 @@ def test_a_last_shot_that_the_camera_denies_is_missed_and_asked_for_once(vehicle
     assert session.missed_shots == (4,)
 
 
+def unheard_until(session, path_t_s):
+    """Nothing of the camera's comes before that path time."""
+
+    def cut(frames):
+        unheard = session.path_t_s < path_t_s
+        return [f for f in frames if not (unheard and (f[6] == PX4.camera_id or f[7:9] == b"\x07\x01"))]
+
+    return cut
+
+
+@pytest.mark.parametrize("before_n", [0, 7])
+def test_first_pictures_that_were_never_told_are_asked_for(vehicle, before_n):
+    session = shooting("camera")
+    vehicle.shots = [(-1.0, 0.5)] * before_n  # on the card already
+    fly(session, vehicle, down=unheard_until(session, 10.5))
+    assert session.outcome.ok and vehicle.asked[:2] == [before_n + 1, before_n]
+    assert sorted(p.shot for p in session.pictures) == [0, 1, 2, 3, 4] and session.missed_shots == ()
+    told_s = sorted(p.vehicle_s for p in session.pictures)
+    assert told_s == pytest.approx([t for _, t in vehicle.shots[before_n:]], abs=0.01)
+
+
+def test_a_picture_from_before_the_flight_is_not_taken_for_the_first_shot(vehicle):
+    vehicle.shots, vehicle.deaf_n = [(-1.0, 0.5)], 4
+    session = shooting("camera")
+    fly(session, vehicle)
+    assert session.outcome.ok and vehicle.asked == [0]
+    assert session.missed_shots == (0,)
+    assert "shot 1 was not taken" in [event.text for event in session.events]
+
+
 def test_a_camera_that_does_not_answer_costs_that_shot_and_it_is_said(vehicle):
     vehicle.deaf_n = 4
     session = shooting("camera")

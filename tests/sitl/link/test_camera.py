@@ -7,7 +7,7 @@ import math
 import pytest
 
 CAMERA = 100
-INFORMATION, SETTINGS, STORAGE, CAPTURE = 259, 260, 261, 262
+INFORMATION, SETTINGS, STORAGE, CAPTURE, IMAGE = 259, 260, 261, 262, 263
 
 
 @pytest.fixture
@@ -67,6 +67,20 @@ def test_pictures_are_taken_counted_and_stored(camera, pick):
     assert pick(heard, "CAMERA_CAPTURE_STATUS")[0].image_count == 5
     _, heard = asked(camera, pick, 512, STORAGE)
     assert pick(heard, "STORAGE_INFORMATION")[0].used_capacity > 0.0
+
+
+def test_a_picture_is_told_again_to_whoever_asks_for_its_number(camera, pick):
+    asked(camera, pick, 2000, 0.0, 0.5, 2.0)
+    camera.live(2.0)
+    first, second = pick([m for _, _, m in camera.heard], "CAMERA_IMAGE_CAPTURED")
+    for picture in (second, first):
+        result, heard = asked(camera, pick, 512, IMAGE, picture.image_index)
+        assert result == 0
+        (again,) = pick(heard, "CAMERA_IMAGE_CAPTURED")
+        assert (again.image_index, again.time_boot_ms) == (picture.image_index, picture.time_boot_ms)
+    for number in (2, -1, math.nan):
+        result, heard = asked(camera, pick, 512, IMAGE, number)
+        assert result == 2 and not pick(heard, "CAMERA_IMAGE_CAPTURED")
 
 
 def test_an_interval_is_told_while_it_runs_and_stops(camera, pick):
