@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -21,8 +21,8 @@ from sitl.link.streams import GCS_RATES_HZ, OFFBOARD_RATES_HZ
 from sitl.orders import FlightStatus, Notice, Order, Verdict
 from sitl.params import Params
 from sitl.plans import MissionRun, Plans
-from sitl.signals import Estimate, FloatArray, GeoPoint, Setpoint, TruthState
-from sitl.vehicle import FRAME_US, Vehicle, VehicleConfig, VehicleState
+from sitl.signals import FRAME_US, Demand, Estimate, FloatArray, GeoPoint, Setpoint, TruthState
+from sitl.vehicle import Vehicle, VehicleConfig, VehicleState
 
 if TYPE_CHECKING:
     from sitl.link.ardupilot import ArduPilotLink, ArduPilotLinkState
@@ -62,8 +62,7 @@ class Event:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
+class Step(NamedTuple):
     """What came of a step: bytes to send, when to come back at the latest, and what happened."""
 
     send: bytes
@@ -109,17 +108,22 @@ class Simulator:
         """
         craft, links = self._craft, self._links[: len(received)]
         outs = [bytearray() for _ in links]
+        ways = tuple(zip(links, outs, strict=True))
         while craft.time_us + FRAME_US <= now_us:
-            craft.advance()
-            for link, out in zip(links, outs, strict=True):
+            demand = craft.commander.command(craft.vehicle)
+            until_us = min(now_us, craft.commander.holds_until_us)
+            for link in links:
+                until_us = min(until_us, link.due_us(craft))
+            craft.live(until_us, demand)
+            for link, out in ways:
                 out += link.send(craft)
             if craft.commander.has_news:
                 self._tell(outs)
-        ill = [f for f in craft.vehicle.faults if isinstance(f, LinkFault) and f.active(craft.time_us)]
+        ill = craft.link_faults() if craft.vehicle.faults else ()
         self._impaired |= bool(ill)
         if self._impaired:
             received = _carried(self._uplinks, craft.time_us, received, ill)
-        for link, data, out in zip(links, received, outs, strict=True):
+        for (link, out), data in zip(ways, received, strict=True):
             if data:
                 out += link.receive(data, craft)
         self._forward(outs)
@@ -138,7 +142,8 @@ class Simulator:
 
     def take_events(self) -> tuple[Event, ...]:
         """What happened since the last call; `step` calls it."""
-        events, self._craft.events = tuple(self._craft.events), []
+        events = tuple(self._craft.events)
+        self._craft.events.clear()
         return events
 
     @property
@@ -202,9 +207,9 @@ class Simulator:
             return
         for source in self._links[: len(outs)]:
             assert isinstance(source, Px4Link)
-            heartbeats = source.take_heartbeats()
-            if source is not offboard:
-                outs[_OFFBOARD] += b"".join(map(offboard.forward, heartbeats))
+            for heartbeat in source.take_heartbeats():
+                if source is not offboard:
+                    outs[_OFFBOARD] += offboard.forward(heartbeat)
 
     def _tell(self, outs: list[bytearray]) -> None:
         for notice in self._craft.take_notices():
@@ -255,13 +260,17 @@ class _Craft:
         self.time_us = self.vehicle.time_us
         self._armed, self._mode = self.commander.armed, self.commander.mode
 
-    def advance(self) -> None:
-        """Live for a frame."""
-        until_us = self.time_us + FRAME_US
-        self.vehicle.advance(until_us, self.commander.command(self.vehicle))
-        self.time_us = until_us
+    def live(self, until_us: int, demand: Demand) -> None:
+        """Do what the commander asks, until then or until something happens that it must see; for a frame at least."""
+        self.vehicle.advance(max(until_us, self.time_us + FRAME_US), demand, alert=True)
+        self.time_us = self.vehicle.time_us
         self.run = self.commander.run
         self._watch()
+
+    def link_faults(self) -> list[LinkFault]:
+        """Those that the links suffer from now."""
+        faults = self.vehicle.faults
+        return [fault for fault in faults if isinstance(fault, LinkFault) and fault.active(self.time_us)]
 
     @property
     def plans(self) -> Plans:

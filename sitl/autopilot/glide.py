@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import TypeVar
 
-from sitl.signals import Estimate, Setpoint, setpoint_to
+from sitl.signals import Estimate, Setpoint
 
 __all__ = ["Glide", "GlideLimits", "follow_speed", "start_glide", "step_glide", "stopping_point"]
 
@@ -52,7 +52,7 @@ class Glide:
         """This moment as the cascade takes it; without `height` the vertical axis follows its speed alone."""
         down_m = self.down_m if height else math.nan
         place, speed, push = self.position_m, self.velocity_mps, self.acceleration_mps2
-        return setpoint_to(
+        return Setpoint(
             (place.real, place.imag, down_m),
             (speed.real, speed.imag, self.down_speed_mps),
             (push.real, push.imag, self.down_acceleration_mps2),

@@ -59,9 +59,9 @@ class Guided:
 
     def told(self, setpoint: Setpoint, now_us: int) -> Guided:
         """With a target from outside: it ends a take-off. Groups that do not belong together stop the vehicle."""
-        north, east, down = setpoint.position_ned_m.tolist()
-        v_north, v_east, v_down = setpoint.velocity_ned_mps.tolist()
-        a_north, a_east, a_down = setpoint.acceleration_ned_mps2.tolist()
+        north, east, down = setpoint.position_ned_m
+        v_north, v_east, v_down = setpoint.velocity_ned_mps
+        a_north, a_east, a_down = setpoint.acceleration_ned_mps2
         placed, moving, pushed = math.isfinite(north), math.isfinite(v_north), math.isfinite(a_north)
         before = self if self.trip is None else replace(self, glide=self.trip.glide, trip=None)
         if not (placed or moving) or (placed and pushed and not moving):

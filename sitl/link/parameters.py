@@ -121,6 +121,10 @@ class ParameterService:
                 return self._set(name.decode("ascii", "replace"), kind, value, table, change)
         return []
 
+    def has_news(self, table: ParameterTable) -> bool:
+        """Whether `proceed` has anything to send."""
+        return self.cursor is not None or self.announced != table.revision
+
     def proceed(self, table: ParameterTable) -> list[Message]:
         """What there is to send unasked in this frame: changes, and the next part of a list."""
         messages: list[Message] = []

@@ -97,6 +97,12 @@ class Px4Link:
         self._codec = Codec(system, _OURS, signer)
         self._camera = Camera(system, signer) if camera else None
         self._builders = {**_BUILDERS, **GIMBAL} if camera else _BUILDERS
+        self._streamed: Mapping[int, Builder] = {
+            **self._builders,
+            _PING.ID: self._next_ping,
+            _TIMESYNC.ID: _timesync,
+            _GPS_GLOBAL_ORIGIN.ID: self._new_origin,
+        }
         self._streams = Streams({**rates_hz, **GIMBAL_RATES_HZ} if camera else rates_hz)
         self._parameters = ParameterService()
         self._plans = PlanService()
@@ -115,27 +121,28 @@ class Px4Link:
             if self._camera is not None and self._camera.is_meant(received.message):
                 out += self._camera.receive(received, helm)
             handle = _HANDLERS.get(type(received.message))
-            if handle is not None:
+            for answer in () if handle is None else handle(self, received, helm):
                 sender = (self._codec.system, _CAMERA) if self._addresses_camera(received.message) else None
-                for answer in handle(self, received, helm):
-                    out += self._codec.encode(answer, sender)
+                out += self._codec.encode(answer, sender)
         return out
+
+    def due_us(self, helm: Helm) -> int:
+        """When there will be something to send unasked, unless something happens before; zero is at once."""
+        if self._verdicts or self._camera is not None or self._parameters.has_news(helm.parameters):
+            return 0
+        return min(self._streams.next_us, self._plans.due_us(helm))
 
     def send(self, helm: Helm) -> bytes:
         """What is to be sent unasked in this frame."""
         out = b"" if self._camera is None else self._camera.send(helm.time_us)
         verdicts, self._verdicts = self._verdicts, ()
-        for message in verdicts:
-            out += self._codec.encode(message)
-        for message in self._parameters.proceed(helm.parameters):
-            out += self._codec.encode(message)
-        for message in self._plans.proceed(helm):
+        for message in (*verdicts, *self._parameters.proceed(helm.parameters), *self._plans.proceed(helm)):
             out += self._codec.encode(message)
         due = self._streams.due(helm.time_us)
         if due:
             report = helm.report()
             for message_id in due:
-                message = self._telemetry(message_id, report)
+                message = self._streamed[message_id](report)
                 if message is not None:
                     out += self._codec.encode(message)
         return out
@@ -153,9 +160,11 @@ class Px4Link:
             return self._camera.show(shot)
         return self._codec.encode(image_captured(shot))
 
-    def take_heartbeats(self) -> list[Received]:
+    def take_heartbeats(self) -> tuple[Received, ...]:
         """The heartbeats heard since the last call, for other links to pass on."""
-        heartbeats, self._heartbeats = self._heartbeats, []
+        if not self._heartbeats:
+            return ()
+        heartbeats, self._heartbeats = tuple(self._heartbeats), []
         return heartbeats
 
     def forward(self, received: Received) -> bytes:
@@ -190,18 +199,16 @@ class Px4Link:
             self._camera.restore(state.camera)
         self._ping_sequence, self._text_number = state.ping_sequence, state.text_number
 
-    def _telemetry(self, message_id: int, report: Report) -> Message | None:
-        """The message that a stream is about to send."""
-        if message_id == _PING.ID:
-            self._ping_sequence = self._ping_sequence + 1 & 0xFFFFFFFF
-            return _PING(report.time_us, self._ping_sequence, 0, 0)
-        if message_id == _TIMESYNC.ID:
-            return _TIMESYNC(0, report.time_us * 1000)
-        message = self._builders[message_id](report)
-        if message_id == _GPS_GLOBAL_ORIGIN.ID:
-            if message is None or message[:3] == self._told_origin:
-                return None
-            self._told_origin = message[:3]
+    def _next_ping(self, report: Report) -> Message:
+        self._ping_sequence = self._ping_sequence + 1 & 0xFFFFFFFF
+        return _PING(report.time_us, self._ping_sequence, 0, 0)
+
+    def _new_origin(self, report: Report) -> Message | None:
+        """GPS_GLOBAL_ORIGIN, where it has moved."""
+        message = self._builders[_GPS_GLOBAL_ORIGIN.ID](report)
+        if message is None or message[:3] == self._told_origin:
+            return None
+        self._told_origin = message[:3]
         return message
 
     def _addresses_us(self, message: Message) -> bool:
@@ -340,7 +347,7 @@ class Px4Link:
 
     def _set_interval(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         message_id = whole_number(command.param1)
-        unknown = message_id not in self._builders and message_id not in (_PING.ID, _TIMESYNC.ID)
+        unknown = message_id not in self._streamed
         silenced = message_id == _HEARTBEAT.ID and not 0.0 <= command.param2 <= _HEARTBEAT_LIMIT_US
         if unknown or silenced:
             return [answered(command.number, common.MAV_RESULT_FAILED, received)]
@@ -378,6 +385,10 @@ def _switch_mode(base_mode: int, code: tuple[int, int], helm: Helm) -> int:
         return int(_RESULTS[helm.obey(SwitchMode(mode))])
     name = MODES_NOT_FLOWN.get(code) if base_mode & _CUSTOM_MODE else None
     return int(common.MAV_RESULT_ACCEPTED if name is None else _RESULTS[helm.obey(WishMode(name))])
+
+
+def _timesync(report: Report) -> Message:
+    return _TIMESYNC(0, report.time_us * 1000)
 
 
 def _byte(value: float) -> int:
