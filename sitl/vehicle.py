@@ -166,6 +166,7 @@ class Vehicle:
         ekf, end = self._ekf, until_us // FRAME_US
         records = self._world, self._brain, self._noise
         live_on = self._live = self._live or partial(prepared(live, *records, True), *records)
+        alert = alert and end > self._frame + 1
         grounded, known = alert and self.on_ground, alert and self.knows_position
         for frame in range(self._frame, end):
             if frame % BLOCK_FRAMES == 0:

@@ -9,8 +9,7 @@ half of the jerk are planned with: the rest makes up for their lag, so that noth
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from sitl.signals import Estimate, Setpoint
 
@@ -23,8 +22,7 @@ _K_SPEED = 4.0 * _K  # 1/s, acceleration per missing speed: critically damped wi
 _Number = TypeVar("_Number", float, complex)
 
 
-@dataclass(frozen=True, slots=True)
-class GlideLimits:
+class GlideLimits(NamedTuple):
     """How fast a setpoint may move and turn."""
 
     speed_mps: float
@@ -35,8 +33,7 @@ class GlideLimits:
     yaw_rate_radps: float
 
 
-@dataclass(frozen=True, slots=True)
-class Glide:
+class Glide(NamedTuple):
     """A moving setpoint: horizontal parts as north + i·east, vertical parts positive down."""
 
     position_m: complex

@@ -60,7 +60,7 @@ class OrbitCourse:
         if approaching:
             return replace(self, glide=glide, setpoint=glide.setpoint())
         # The setpoint goes with the vehicle, so that a later approach begins where it is.
-        glide = replace(glide, position_m=complex(north_m, east_m), velocity_mps=0j, acceleration_mps2=0j)
+        glide = glide._replace(position_m=complex(north_m, east_m), velocity_mps=0j, acceleration_mps2=0j)
         return replace(self, glide=glide, setpoint=self._round(outward, off_m, glide), approaching=False)
 
     def _round(self, outward: complex, off_m: float, glide: Glide) -> Setpoint:
