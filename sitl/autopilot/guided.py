@@ -81,9 +81,9 @@ class Guided(NamedTuple):
 
     def _yaw_told(self, setpoint: Setpoint) -> tuple[float, float]:
         yaw, rate = setpoint.yaw_ned_rad, setpoint.yaw_rate_ned_radps
-        if math.isnan(yaw):
+        if not math.isfinite(yaw):
             yaw = self.goal.yaw_ned_rad if math.isfinite(rate) else self.glide.yaw_ned_rad
-        return yaw, 0.0 if math.isnan(rate) else rate
+        return yaw, rate if math.isfinite(rate) else 0.0
 
     def stopped(self, now_us: int) -> Guided:
         """Brake and stay."""
