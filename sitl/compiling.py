@@ -23,8 +23,8 @@ from sitl.estimator.model import HAS_BARO, HAS_FIX, HAS_MAG, HORIZON_FRAMES, new
 from sitl.kernels import is_compiled
 from sitl.loop import live
 from sitl.params import Params
-from sitl.signals import Demand, GeoPoint
-from sitl.vehicle import FRAME_US, Vehicle, VehicleConfig
+from sitl.signals import FRAME_US, Demand, GeoPoint
+from sitl.vehicle import Vehicle, VehicleConfig
 
 __all__ = ["compiled_beside", "work"]
 

@@ -29,10 +29,10 @@ from sitl.physics.sensors import (
     measure_imu,
     measure_mag,
 )
+from sitl.signals import FRAME_S
 
-__all__ = ["BLOCK_FRAMES", "BRAIN", "FRAME_S", "NOISE", "WORLD", "live"]
+__all__ = ["BLOCK_FRAMES", "BRAIN", "NOISE", "WORLD", "live"]
 
-FRAME_S = 0.01
 BLOCK_FRAMES = 200
 """Noise is drawn ahead for this many frames."""
 

@@ -6,14 +6,17 @@ origin for truth (the place where the vehicle stands at time zero) and to the EK
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sitl.kernels import Triple
+
 __all__ = [
+    "FRAME_S",
+    "FRAME_US",
     "AttitudeSetpoint",
     "BaroSample",
     "Demand",
@@ -25,9 +28,12 @@ __all__ = [
     "MagSample",
     "Setpoint",
     "TruthState",
-    "setpoint_to",
     "vector",
 ]
+
+FRAME_US = 10_000
+"""The vehicle lives in frames of this length: 4 steps of physics and cascade, 2 IMU samples, one word of its commander."""
+FRAME_S = 1e-6 * FRAME_US
 
 FloatArray = NDArray[np.float64]
 
@@ -54,11 +60,33 @@ class TruthState(NamedTuple):
     """What really is. Passed to `physics` only (and to whoever judges the flight from outside)."""
 
     time_us: int
-    position_ned_m: FloatArray
-    velocity_ned_mps: FloatArray
-    q_ned_frd: FloatArray
-    rate_frd_radps: FloatArray
-    rotor_speed_radps: FloatArray
+    numbers: FloatArray
+    """All of it, (17,), or (n, 17) of n moments: most who ask want little of it."""
+
+    @property
+    def position_ned_m(self) -> FloatArray:
+        """Relative to the place where the vehicle stood at time zero."""
+        return self.numbers[..., 0:3]
+
+    @property
+    def velocity_ned_mps(self) -> FloatArray:
+        """Over ground."""
+        return self.numbers[..., 3:6]
+
+    @property
+    def q_ned_frd(self) -> FloatArray:
+        """The attitude, wxyz."""
+        return self.numbers[..., 6:10]
+
+    @property
+    def rate_frd_radps(self) -> FloatArray:
+        """About the body's axes."""
+        return self.numbers[..., 10:13]
+
+    @property
+    def rotor_speed_radps(self) -> FloatArray:
+        """Of each rotor, (4,), in PX4's order."""
+        return self.numbers[..., 13:17]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,20 +134,67 @@ class Estimate(NamedTuple):
     """What the vehicle believes. Variances are diagonal entries, in NED and in squared units."""
 
     time_us: int
-    position_ned_m: FloatArray
-    velocity_ned_mps: FloatArray
-    q_ned_frd: FloatArray
-    rate_frd_radps: FloatArray
-    acceleration_ned_mps2: FloatArray
-    gyro_bias_frd_radps: FloatArray
-    accel_bias_frd_mps2: FloatArray
-    position_variance_m2: FloatArray
-    velocity_variance_m2ps2: FloatArray
-    attitude_variance_rad2: FloatArray
+    numbers: FloatArray
+    """All of it, (31,) as the estimator's `report` orders it, or (n, 31): most who ask want little of it."""
     attitude_ok: bool
     position_ok: bool
     velocity_ok: bool
     height_ok: bool
+
+    @property
+    def position_ned_m(self) -> FloatArray:
+        """Relative to the EKF's origin."""
+        return self.numbers[..., 0:3]
+
+    @property
+    def velocity_ned_mps(self) -> FloatArray:
+        """Over ground."""
+        return self.numbers[..., 3:6]
+
+    @property
+    def q_ned_frd(self) -> FloatArray:
+        """The attitude, wxyz."""
+        return self.numbers[..., 6:10]
+
+    @property
+    def rate_frd_radps(self) -> FloatArray:
+        """About the body's axes, without the gyro's bias."""
+        return self.numbers[..., 10:13]
+
+    @property
+    def motion_ned(self) -> FloatArray:
+        """Position and velocity, (6,)."""
+        return self.numbers[..., 0:6]
+
+    @property
+    def acceleration_ned_mps2(self) -> FloatArray:
+        """Of the body, without gravity."""
+        return self.numbers[..., 13:16]
+
+    @property
+    def gyro_bias_frd_radps(self) -> FloatArray:
+        """What the gyro shows at rest."""
+        return self.numbers[..., 16:19]
+
+    @property
+    def accel_bias_frd_mps2(self) -> FloatArray:
+        """What the accelerometer shows beyond the specific force."""
+        return self.numbers[..., 19:22]
+
+    @property
+    def position_variance_m2(self) -> FloatArray:
+        """The wander of the receiver's frame included."""
+        return self.numbers[..., 22:25]
+
+    @property
+    def velocity_variance_m2ps2(self) -> FloatArray:
+        """Along NED axes."""
+        return self.numbers[..., 25:28]
+
+    @property
+    def attitude_variance_rad2(self) -> FloatArray:
+        """Of turns about NED axes."""
+        return self.numbers[..., 28:31]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,35 +209,21 @@ class AttitudeSetpoint:
     thrust: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Setpoint:
+class Setpoint(NamedTuple):
     """What the position cascade shall do. NaN marks an axis that is not commanded, as PX4 has it.
 
     An `attitude` goes before all else: position and velocity are not controlled then.
     """
 
-    position_ned_m: FloatArray
-    velocity_ned_mps: FloatArray
-    acceleration_ned_mps2: FloatArray
+    position_ned_m: Triple
+    velocity_ned_mps: Triple
+    acceleration_ned_mps2: Triple
     yaw_ned_rad: float
     yaw_rate_ned_radps: float
     attitude: AttitudeSetpoint | None = None
 
 
-def setpoint_to(
-    position_ned_m: Sequence[float],
-    velocity_ned_mps: Sequence[float],
-    acceleration_ned_mps2: Sequence[float],
-    yaw_ned_rad: float,
-    yaw_rate_ned_radps: float,
-) -> Setpoint:
-    """A setpoint of these numbers, three of each: all in one array, which is what costs."""
-    axes = vector((*position_ned_m, *velocity_ned_mps, *acceleration_ned_mps2), 9)
-    return Setpoint(axes[0:3], axes[3:6], axes[6:9], yaw_ned_rad, yaw_rate_ned_radps)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Demand:
+class Demand(NamedTuple):
     """What the commander asks of the cascade. Disarmed: motors stand still. `idle`: armed, spinning low."""
 
     armed: bool

@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sitl.autopilot.commander import Commander, CommanderState
-from sitl.autopilot.copter import Copter
-from sitl.autopilot.copter_memory import CopterState
+from sitl.craft import Craft, CraftState, Event, SimulatorConfig
 from sitl.faults import Fault, LinkFault
 from sitl.link.channel import Channel, ChannelState
-from sitl.link.parameters import ParameterTable, TableState
 from sitl.link.px4 import Px4Link, Px4LinkState
 from sitl.link.report import Report
-from sitl.link.signing import Signer, SignerState, Signing
+from sitl.link.signing import Signer, SignerState
 from sitl.link.streams import GCS_RATES_HZ, OFFBOARD_RATES_HZ
-from sitl.orders import FlightStatus, Notice, Order, Verdict
-from sitl.params import Params
-from sitl.plans import MissionRun, Plans
-from sitl.signals import Estimate, FloatArray, GeoPoint, Setpoint, TruthState
-from sitl.vehicle import FRAME_US, Vehicle, VehicleConfig, VehicleState
+from sitl.signals import FRAME_US, Estimate, TruthState
 
 if TYPE_CHECKING:
     from sitl.link.ardupilot import ArduPilotLink, ArduPilotLinkState
@@ -37,33 +30,7 @@ _SERIAL_PORTS_N = 4
 """ArduPilot's: three for TCP, of which the first is the console, and the one of the ground station's UDP."""
 
 
-@dataclass(frozen=True, slots=True)
-class SimulatorConfig:
-    """Everything that decides a flight besides the bytes that come in.
-
-    `loss_scale` stretches the time after which setpoints count as lost: PX4 sets it to its speed-up. With `signing`
-    the links sign what they send and take nothing that is not signed. With `camera` a camera on a gimbal answers.
-    """
-
-    vehicle: VehicleConfig
-    autopilot: Literal["px4", "ardupilot"] = "px4"
-    instance: int = 0
-    loss_scale: float = 1.0
-    signing: Signing | None = None
-    camera: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Event:
-    """Something worth a line: `kind` is "mode", "armed", "disarmed" or "notice"."""
-
-    time_us: int
-    kind: Literal["mode", "armed", "disarmed", "notice"]
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
+class Step(NamedTuple):
     """What came of a step: bytes to send, when to come back at the latest, and what happened."""
 
     send: bytes
@@ -75,12 +42,9 @@ class Step:
 class SimulatorState:
     """A simulator's whole state, as a value."""
 
-    vehicle: VehicleState
-    commander: CommanderState | CopterState
-    parameters: TableState
+    craft: CraftState
     links: tuple[Px4LinkState | ArduPilotLinkState, ...]
     channels: tuple[ChannelState, ...]
-    uploading: bool
     signer: SignerState | None
 
 
@@ -89,7 +53,7 @@ class Simulator:
 
     def __init__(self, config: SimulatorConfig) -> None:
         self.config = config
-        self._craft = _Craft(config)
+        self._craft = Craft(config)
         self._signer = None if config.signing is None else Signer(config.signing)
         self._links: tuple[Px4Link | ArduPilotLink, ...] = _links(config, self._signer)
         dice = np.random.SeedSequence([config.vehicle.seed, _LINK_DICE]).spawn(2 * len(self._links))
@@ -109,17 +73,22 @@ class Simulator:
         """
         craft, links = self._craft, self._links[: len(received)]
         outs = [bytearray() for _ in links]
+        ways = tuple(zip(links, outs, strict=True))
         while craft.time_us + FRAME_US <= now_us:
-            craft.advance()
-            for link, out in zip(links, outs, strict=True):
+            demand = craft.commander.command(craft.vehicle)
+            until_us = min(now_us, craft.commander.holds_until_us)
+            for link in links:
+                until_us = min(until_us, link.due_us(craft))
+            craft.live(until_us, demand)
+            for link, out in ways:
                 out += link.send(craft)
             if craft.commander.has_news:
                 self._tell(outs)
-        ill = [f for f in craft.vehicle.faults if isinstance(f, LinkFault) and f.active(craft.time_us)]
+        ill = craft.link_faults() if craft.vehicle.faults else ()
         self._impaired |= bool(ill)
         if self._impaired:
             received = _carried(self._uplinks, craft.time_us, received, ill)
-        for link, data, out in zip(links, received, outs, strict=True):
+        for (link, out), data in zip(ways, received, strict=True):
             if data:
                 out += link.receive(data, craft)
         self._forward(outs)
@@ -138,7 +107,8 @@ class Simulator:
 
     def take_events(self) -> tuple[Event, ...]:
         """What happened since the last call; `step` calls it."""
-        events, self._craft.events = tuple(self._craft.events), []
+        events = tuple(self._craft.events)
+        self._craft.events.clear()
         return events
 
     @property
@@ -173,20 +143,16 @@ class Simulator:
 
     def snapshot(self) -> SimulatorState:
         """The whole state, as a value. Take the events first: they are not part of it."""
-        craft = self._craft
         return SimulatorState(
-            craft.vehicle.snapshot(),
-            craft.commander.snapshot(),
-            craft.parameters.snapshot(),
+            self._craft.snapshot(),
             tuple(link.snapshot() for link in self._links),
             tuple(channel.snapshot() for channel in (*self._uplinks, *self._downlinks)),
-            craft.uploading,
             None if self._signer is None else self._signer.snapshot(),
         )
 
     def restore(self, state: SimulatorState) -> None:
         """Become again what `snapshot` saw."""
-        self._craft.restore(state)
+        self._craft.restore(state.craft)
         if self._signer is not None and state.signer is not None:
             self._signer.restore(state.signer)
         for link, link_state in zip(self._links, state.links, strict=True):
@@ -202,9 +168,9 @@ class Simulator:
             return
         for source in self._links[: len(outs)]:
             assert isinstance(source, Px4Link)
-            heartbeats = source.take_heartbeats()
-            if source is not offboard:
-                outs[_OFFBOARD] += b"".join(map(offboard.forward, heartbeats))
+            for heartbeat in source.take_heartbeats():
+                if source is not offboard:
+                    outs[_OFFBOARD] += offboard.forward(heartbeat)
 
     def _tell(self, outs: list[bytearray]) -> None:
         for notice in self._craft.take_notices():
@@ -229,111 +195,3 @@ def _links(config: SimulatorConfig, signer: Signer | None) -> tuple[Px4Link | Ar
     from sitl.link.ardupilot import ArduPilotLink  # its dialect's tables take a while to load
 
     return tuple(ArduPilotLink(system, signer, greets=port == 0) for port in range(_SERIAL_PORTS_N))
-
-
-def _brain(config: SimulatorConfig, params: Params) -> tuple[ParameterTable, Commander | Copter]:
-    """The autopilot's parameters, and its commander that obeys them."""
-    if config.autopilot == "px4":
-        table = ParameterTable(params)
-        return table, Commander(table, config.loss_scale)
-    from sitl.link.ardupilot_parameters import CopterTable
-
-    table = CopterTable(params, config.instance + 1, config.vehicle.airframe.battery.capacity_ah)
-    return table, Copter(table)
-
-
-class _Craft:
-    """A vehicle under its commander: the helm that the links hold."""
-
-    def __init__(self, config: SimulatorConfig) -> None:
-        params = config.vehicle.params.replace(MAV_SYS_ID=config.instance + 1)
-        self.parameters, self.commander = _brain(config, params)
-        self.vehicle = Vehicle(replace(config.vehicle, params=self.parameters.vehicle_params))
-        self.events: list[Event] = []
-        self.uploading = False
-        self.run: MissionRun = self.commander.run
-        self.time_us = self.vehicle.time_us
-        self._armed, self._mode = self.commander.armed, self.commander.mode
-
-    def advance(self) -> None:
-        """Live for a frame."""
-        until_us = self.time_us + FRAME_US
-        self.vehicle.advance(until_us, self.commander.command(self.vehicle))
-        self.time_us = until_us
-        self.run = self.commander.run
-        self._watch()
-
-    @property
-    def plans(self) -> Plans:
-        """What has been uploaded."""
-        return self.commander.plans
-
-    def obey(self, order: Order) -> Verdict:
-        """Carry out the order, or not."""
-        verdict = self.commander.obey(order, self.vehicle)
-        self.run = self.commander.run
-        self._watch()
-        return verdict
-
-    def steer(self, setpoint: Setpoint) -> None:
-        """Take an OFFBOARD setpoint."""
-        self.commander.steer(setpoint, self.vehicle)
-
-    def hear_ground_station(self) -> None:
-        """The ground station is there."""
-        self.commander.hear_ground_station(self.time_us)
-
-    def move_origin(self, point: GeoPoint) -> None:
-        """Anchor the estimate's frame there, and home in it; PX4 does so in flight too, where nothing is moved here."""
-        if isinstance(self.commander, Commander) and not self.commander.armed:
-            self.vehicle.move_origin(point)
-            self.commander.hear_of_origin(self.vehicle)
-
-    def attitude(self) -> FloatArray:
-        """The attitude `q_ned_frd`, as estimated."""
-        return self.vehicle.estimate.q_ned_frd
-
-    def set_parameter(self, name: str, value: float) -> None:
-        """Change a parameter of the vehicle, its commander, or both."""
-        self.parameters.set(name, value)
-        self.vehicle.params = self.parameters.vehicle_params
-
-    def inject(self, fault: Fault) -> None:
-        """Have that go wrong too."""
-        self.vehicle.inject(fault)
-
-    def heal(self, kind: type[Fault]) -> None:
-        """End all faults of that kind."""
-        self.vehicle.heal(kind)
-
-    def report(self) -> Report:
-        """All that there is to tell now."""
-        return Report(self.time_us, self.vehicle.estimate, self.vehicle, self._flight_status)
-
-    def _flight_status(self) -> FlightStatus:
-        return self.commander.status(self.vehicle)
-
-    def take_notices(self) -> tuple[Notice, ...]:
-        """What the commander has to tell since the last call."""
-        notices = self.commander.take_notices()
-        self.events += [Event(notice.time_us, "notice", notice.text) for notice in notices]
-        return notices
-
-    def restore(self, state: SimulatorState) -> None:
-        """Become again what the snapshot saw."""
-        self.vehicle.restore(state.vehicle)
-        self.commander.restore(state.commander)  # type: ignore[arg-type]  # a twin by config gave it
-        self.parameters.restore(state.parameters)
-        self.vehicle.params = self.parameters.vehicle_params
-        self.events, self.uploading = [], state.uploading
-        self.run = self.commander.run
-        self.time_us = self.vehicle.time_us
-        self._armed, self._mode = self.commander.armed, self.commander.mode
-
-    def _watch(self) -> None:
-        armed, mode = self.commander.armed, self.commander.mode
-        if armed is not self._armed:
-            self.events.append(Event(self.time_us, "armed" if armed else "disarmed", mode.name))
-        if mode is not self._mode:
-            self.events.append(Event(self.time_us, "mode", mode.name))
-        self._armed, self._mode = armed, mode

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -22,6 +23,7 @@ from sitl.physics.dynamics import new_body, new_plant
 from sitl.physics.sensors import BOOT_NORMALS, GPS_DELAY_FRAMES, measure_range, new_sensed
 from sitl.rotation import from_euler
 from sitl.signals import (
+    FRAME_US,
     BaroSample,
     Demand,
     Estimate,
@@ -35,10 +37,7 @@ from sitl.signals import (
 )
 from sitl.trouble import afflict, discharge
 
-__all__ = ["FRAME_US", "BatteryState", "Vehicle", "VehicleConfig", "VehicleState"]
-
-FRAME_US = 10_000
-"""The vehicle moves in frames of this length: 4 steps of physics and cascade, 2 IMU samples."""
+__all__ = ["BatteryState", "Vehicle", "VehicleConfig", "VehicleState"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +137,8 @@ class Vehicle:
         self._frame = self.time_us = 0
         self._demand: Demand | None = None
         self._received = True
-        self._live: Callable[[np.ndarray, np.ndarray, np.ndarray, bool], int] | None = None
+        self._live: Callable[[bool], int] | None = None
+        self._say: Callable[[np.ndarray, FloatArray, FloatArray, FloatArray], None] | None = None
         self._forget_beliefs()
         self._set_faults(config.faults)
         self.params = config.params
@@ -151,25 +151,33 @@ class Vehicle:
     @params.setter
     def params(self, params: Params) -> None:
         self._params = self._ekf.params = params
+        self._eph_max_m2 = params["COM_POS_FS_EPH"] ** 2
         self._forget_beliefs()
         set_gains(self._brain["gains"], params, self.config.airframe)
 
-    def advance(self, until_us: int, demand: Demand) -> None:
-        """Live until `until_us`, which is rounded down to whole frames, under one demand."""
+    def advance(self, until_us: int, demand: Demand, *, alert: bool = False) -> None:
+        """Live until `until_us`, which is rounded down to whole frames, under one demand.
+
+        Alert, it looks up as soon as it has lost or found the ground, or its position.
+        """
         if demand is not self._demand:
             set_demand(self._brain["demand"], demand)
             self._demand = demand
-        world, brain, noise, ekf = self._world, self._brain, self._noise, self._ekf
-        live_on = self._live = self._live or prepared(live, world, brain, noise, True)
-        self._forget_beliefs()
-        for frame in range(self._frame, until_us // FRAME_US):
+        ekf, end = self._ekf, until_us // FRAME_US
+        records = self._world, self._brain, self._noise
+        live_on = self._live = self._live or partial(prepared(live, *records, True), *records)
+        alert = alert and end > self._frame + 1
+        grounded, known = alert and self.on_ground, alert and self.knows_position
+        for frame in range(self._frame, end):
             if frame % BLOCK_FRAMES == 0:
                 self._draw()
             if frame in self._fault_frames:
                 self._apply_faults(frame)
-            has = live_on(world, brain, noise, self._received)
-            ekf.step(frame + 1, has)
+            ekf.step(frame + 1, live_on(self._received))
             self._frame = frame + 1
+            self._forget_beliefs()
+            if alert and (self.knows_position is not known or self.on_ground is not grounded):
+                break
         self.time_us = self._frame * FRAME_US
 
     def _draw(self) -> None:
@@ -203,9 +211,9 @@ class Vehicle:
     @property
     def truth(self) -> TruthState:
         """What really is: for physics and for judges outside."""
-        b = self._motion.copy()
-        b.setflags(write=False)
-        return TruthState(self.time_us, b[0:3], b[3:6], b[6:10], b[10:13], b[13:17])
+        motion = self._motion.copy()
+        motion.setflags(write=False)
+        return TruthState(self.time_us, motion)
 
     def _forget_beliefs(self) -> None:
         self._believed: Estimate | None = None
@@ -220,22 +228,18 @@ class Vehicle:
 
     def _estimate(self) -> Estimate:
         ekf, told = self._ekf, np.empty(31)
-        report(ekf.nav, ekf.filter.P, ekf.wander_m2(self._frame), told)
+        asked = ekf.nav, ekf.filter.P, ekf.wander_m2(self._frame), told
+        say = self._say = self._say or prepared(report, *asked)
+        say(*asked)
         told.setflags(write=False)
-        fresh, known = ekf.fixes_fresh(self._frame), self.knows_position
-        return Estimate(
-            self.time_us, told[0:3], told[3:6], told[6:10], told[10:13], told[13:16], told[16:19],
-            told[19:22], told[22:25], told[25:28], told[28:31],
-            attitude_ok=ekf.running, position_ok=known, velocity_ok=fresh, height_ok=ekf.running,
-        )  # fmt: skip
+        fresh, running = ekf.fixes_fresh(self._frame), ekf.running
+        return Estimate(self.time_us, told, running, self.knows_position, fresh, running)
 
     @property
     def knows_position(self) -> bool:
         """Whether position rests on fixes, or on fresh dead reckoning within COM_POS_FS_EPH (PX4's eph)."""
         if self._known is None:
-            ekf = self._ekf
-            fresh = ekf.fixes_fresh(self._frame)
-            self._known = fresh and ekf.eph_m2 <= self._params["COM_POS_FS_EPH"] ** 2
+            self._known = self._ekf.knows_place(self._frame, self._eph_max_m2)
         return self._known
 
     @property
@@ -367,7 +371,7 @@ class Vehicle:
             mine[...] = saved
         for generator, saved_state in zip(self._generators, state.generators, strict=True):
             generator.bit_generator.state = saved_state
-        self._params = self._ekf.params = state.params
+        self.params = state.params
         self._demand = state.demand
         self._forget_beliefs()
         self._ekf.resume()

@@ -35,6 +35,7 @@ arrays errors
 SITL = """
 __main__ pytest_plugin
 simulator compiling
+craft
 vehicle
 trouble loop
 link autopilot estimator physics

@@ -16,7 +16,7 @@ from sitl.autopilot.errands import change_speed, circle, orbit_run, reposition
 from sitl.autopilot.failsafe import change_conduct, descent, watch_charge
 from sitl.autopilot.memory import NOTHING, CommanderState
 from sitl.autopilot.modes import MODES, climbs
-from sitl.autopilot.offboard import commands_every_axis, is_streamed
+from sitl.autopilot.offboard import commands_every_axis, lost_us
 from sitl.autopilot.pilot import Pilot
 from sitl.autopilot.planning import leave_mission, shoot, stand_down_mission, take_plan
 from sitl.autopilot.progress import proceed
@@ -46,7 +46,7 @@ from sitl.orders import (
     Verdict,
     WishMode,
 )
-from sitl.signals import Demand, Setpoint
+from sitl.signals import FRAME_S, Demand, Setpoint
 
 __all__ = ["Commander", "CommanderState"]
 
@@ -76,6 +76,7 @@ class Commander(Pilot[CommanderState]):
 
     def obey(self, order: Order, condition: Condition) -> Verdict:
         """Carry out the order, or not."""
+        self.holds_until_us = 0
         match order:
             case Arm(force):
                 return self._arm(condition, force=force)
@@ -129,6 +130,7 @@ class Commander(Pilot[CommanderState]):
             state.steering = setpoint
         elif state.steering is not None:
             state.steering = state.course = None
+            self.holds_until_us = 0
 
     def hear_ground_station(self, now_us: int) -> None:
         """The ground station is there; when it is not any more, that is told and nothing else."""
@@ -141,7 +143,10 @@ class Commander(Pilot[CommanderState]):
     def command(self, condition: Condition) -> Demand:
         """What the cascade shall do until the next frame."""
         state, now_us = self._state, condition.time_us
-        dt_s, state.time_us = 1e-6 * (now_us - state.time_us), now_us
+        undisturbed = now_us < self.holds_until_us and condition.knows_position and not condition.on_ground
+        if undisturbed and state.steering is not None:
+            return self._demanded(state.steering)
+        self.holds_until_us = 0
         if state.home is None:
             state.home = home_of(condition) if is_ready(condition) else None
         if state.payload.is_waiting:
@@ -154,20 +159,21 @@ class Commander(Pilot[CommanderState]):
             return _DISARMED
         if now_us % _LOOK_US == 0:
             self._remark(condition, watch_charge(state, condition, self.parameters))
-        streamed = state.mode is not Mode.OFFBOARD or self._streamed(condition)
+        lost_us = self._lost_us()
+        streamed = state.mode is not Mode.OFFBOARD or now_us <= lost_us
         self._remark(condition, change_conduct(state, condition, self.parameters, streamed=streamed))
         if not self._may_fly(condition):
             state.course = None
             return _IDLE
-        if state.conduct is Mode.LAND and not condition.knows_position:
-            state.course, state.setpoint = None, descent(self.parameters)
-        elif state.conduct is Mode.OFFBOARD and state.steering is not None:
-            state.setpoint = state.steering
-        else:
-            state.setpoint = proceed(state, condition, dt_s, self.parameters)
-        if state.setpoint is not self._flying.setpoint:
-            self._flying = Demand(armed=True, idle=False, setpoint=state.setpoint)
-        return self._flying
+        conduct = state.conduct
+        if conduct is Mode.LAND and not condition.knows_position:
+            state.course = None
+            return self._demanded(descent(self.parameters))
+        if conduct is Mode.OFFBOARD and state.steering is not None:
+            if not self._is_expectant(condition):
+                self.holds_until_us = min(int(lost_us), now_us - now_us % _LOOK_US + _LOOK_US)
+            return self._demanded(state.steering)
+        return self._demanded(proceed(state, condition, FRAME_S, self.parameters))
 
     def status(self, condition: Condition) -> FlightStatus:
         """What the commander says of itself."""
@@ -193,7 +199,7 @@ class Commander(Pilot[CommanderState]):
         if state.armed:
             return Verdict.ACCEPTED
         if not force:
-            streamed = self._streamed(condition)
+            streamed = condition.time_us <= self._lost_us()
             reason = why_not_arm(condition, state.mode, streamed=streamed, mission_ok=state.mission_ok)
             if reason is not None:
                 self._notify(condition, Severity.CRITICAL, f"Arming denied: {reason}")
@@ -227,7 +233,7 @@ class Commander(Pilot[CommanderState]):
     def _switch(self, mode: Mode, condition: Condition) -> Verdict:
         state = self._state
         row = MODES[mode]
-        lost = mode is Mode.OFFBOARD and not self._streamed(condition)
+        lost = mode is Mode.OFFBOARD and condition.time_us > self._lost_us()
         homeless = row.needs_home and state.home is None
         # Disarmed, PX4 takes any mode, and then will not arm.
         if state.armed and (lost or homeless or (row.needs_mission and not state.mission_ok)):
@@ -260,9 +266,23 @@ class Commander(Pilot[CommanderState]):
             state.course = None
         return Verdict.ACCEPTED
 
-    def _streamed(self, condition: Condition) -> bool:
+    def _lost_us(self) -> float:
+        """Until when setpoints count as streamed, if no more come."""
         limit_s = self.parameters["COM_OF_LOSS_T"] * self._loss_scale
-        return is_streamed(self._state.steered_at_us, condition.time_us, limit_s)
+        return lost_us(self._state.steered_at_us, limit_s)
+
+    def _demanded(self, setpoint: Setpoint) -> Demand:
+        """To fly that; the same demand for the same setpoint."""
+        self._state.setpoint = setpoint
+        if setpoint is not self._flying.setpoint:
+            self._flying = Demand(armed=True, idle=False, setpoint=setpoint)
+        return self._flying
+
+    def _is_expectant(self, condition: Condition) -> bool:
+        """Whether something beside setpoints and battery may change within frames."""
+        state = self._state
+        waits = state.home is None or state.payload.is_waiting or state.for_charge is not None
+        return waits or self.has_news or condition.on_ground
 
     def _watch_ground_station(self, condition: Condition) -> None:
         heard_us, limit_s = self._state.ground_heard_us, self.parameters["COM_DL_LOSS_T"]

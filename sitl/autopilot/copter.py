@@ -38,7 +38,7 @@ from sitl.orders import (
     Verdict,
 )
 from sitl.plans import MissionRun, PlanItem
-from sitl.signals import Demand, GeoPoint, Setpoint, vector
+from sitl.signals import FRAME_S, Demand, GeoPoint, Setpoint
 
 __all__ = ["Copter"]
 
@@ -76,8 +76,6 @@ class Copter(Pilot[CopterState]):
     def command(self, condition: Condition) -> Demand:
         """What the cascade shall do until the next frame."""
         state = self._state
-        dt_s = 1e-6 * (condition.time_us - state.time_us)
-        state.time_us = condition.time_us
         if not state.told_place and knows_place(condition):
             state.told_place = True
             state.home = state.home or home_of(condition)
@@ -94,7 +92,7 @@ class Copter(Pilot[CopterState]):
             if not isinstance(state.going, Guided):
                 state.going = None
             return _IDLE
-        state.setpoint = self._proceed(condition, dt_s)
+        state.setpoint = self._proceed(condition, FRAME_S)
         return Demand(armed=True, idle=False, setpoint=self._as_the_cascade_takes_it(state.setpoint))
 
     def status(self, condition: Condition) -> FlightStatus:
@@ -144,13 +142,10 @@ class Copter(Pilot[CopterState]):
         state.going = going
         setpoint = going.setpoint
         if COPTER_MODES[state.mode].level or state.blind:
-            height = math.nan, math.nan, float(setpoint.position_ned_m[2])
-            speed = math.nan, math.nan, float(setpoint.velocity_ned_mps[2])
-            return replace(
-                setpoint,
-                position_ned_m=vector(height),
-                velocity_ned_mps=vector(speed),
-                acceleration_ned_mps2=vector((0.0, 0.0, 0.0)),
+            return setpoint._replace(
+                position_ned_m=(math.nan, math.nan, setpoint.position_ned_m[2]),
+                velocity_ned_mps=(math.nan, math.nan, setpoint.velocity_ned_mps[2]),
+                acceleration_ned_mps2=(0.0, 0.0, 0.0),
             )
         return setpoint
 
@@ -166,11 +161,11 @@ class Copter(Pilot[CopterState]):
     def _as_the_cascade_takes_it(self, setpoint: Setpoint) -> Setpoint:
         """ArduPilot damps the speed's error where the cascade damps the speed: (1 + D)·a makes up for that."""
         gain = 1.0 + self.parameters["PSC_VELXY_D"]
-        north, east, down = setpoint.acceleration_ned_mps2.tolist()
+        north, east, down = setpoint.acceleration_ned_mps2
         return Setpoint(
             setpoint.position_ned_m,
             setpoint.velocity_ned_mps,
-            vector((north * gain, east * gain, down)),
+            (north * gain, east * gain, down),
             setpoint.yaw_ned_rad,
             setpoint.yaw_rate_ned_radps * (1.0 - _YAW_DROOP),
             setpoint.attitude,

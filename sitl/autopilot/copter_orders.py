@@ -103,7 +103,7 @@ def _fenced_off(
     state: CopterState, setpoint: Setpoint, condition: Condition, parameters: Mapping[str, float]
 ) -> bool:
     """Whether it is a place to go to, without a velocity, that lies beyond the fence."""
-    north_m, east_m, down_m = setpoint.position_ned_m.tolist()
+    north_m, east_m, down_m = setpoint.position_ned_m
     if not (math.isfinite(north_m) and math.isnan(setpoint.velocity_ned_mps[0])):
         return False
     beyond_m = beyond(state, condition, parameters, complex(north_m, east_m), down_m)
@@ -192,7 +192,7 @@ def _reposition(
         east_m if placed else here_east_m,
         down_m if math.isfinite(down_m) else here_down_m,
     )
-    target = replace(NOTHING, position_ned_m=vector(place_m), yaw_ned_rad=order.yaw_ned_rad)
+    target = NOTHING._replace(position_ned_m=place_m, yaw_ned_rad=order.yaw_ned_rad)
     if _fenced_off(state, target, condition, parameters):
         return Verdict.NOT_NOW
     if order.speed_mps > 0.0:

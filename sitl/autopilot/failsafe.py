@@ -17,7 +17,7 @@ from sitl.autopilot.charge import Charge, answer_to, charge_of
 from sitl.autopilot.memory import CommanderState
 from sitl.autopilot.offboard import mode_after_loss
 from sitl.orders import Condition, Mode, Severity
-from sitl.signals import Setpoint, vector
+from sitl.signals import Setpoint
 
 __all__ = ["Remark", "change_conduct", "descent", "watch_charge"]
 
@@ -78,9 +78,9 @@ def _gravest(
 def descent(parameters: Mapping[str, float]) -> Setpoint:
     """Down, level, wherever the wind takes it: what can be flown without a position."""
     return Setpoint(
-        vector((_NAN, _NAN, _NAN)),
-        vector((_NAN, _NAN, parameters["MPC_LAND_SPEED"])),
-        vector((0.0, 0.0, _NAN)),
+        (_NAN, _NAN, _NAN),
+        (_NAN, _NAN, parameters["MPC_LAND_SPEED"]),
+        (0.0, 0.0, _NAN),
         _NAN,
         0.0,
     )

@@ -9,10 +9,9 @@ half of the jerk are planned with: the rest makes up for their lag, so that noth
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
-from sitl.signals import Estimate, Setpoint, setpoint_to
+from sitl.signals import Estimate, Setpoint
 
 __all__ = ["Glide", "GlideLimits", "follow_speed", "start_glide", "step_glide", "stopping_point"]
 
@@ -23,8 +22,7 @@ _K_SPEED = 4.0 * _K  # 1/s, acceleration per missing speed: critically damped wi
 _Number = TypeVar("_Number", float, complex)
 
 
-@dataclass(frozen=True, slots=True)
-class GlideLimits:
+class GlideLimits(NamedTuple):
     """How fast a setpoint may move and turn."""
 
     speed_mps: float
@@ -35,8 +33,7 @@ class GlideLimits:
     yaw_rate_radps: float
 
 
-@dataclass(frozen=True, slots=True)
-class Glide:
+class Glide(NamedTuple):
     """A moving setpoint: horizontal parts as north + i·east, vertical parts positive down."""
 
     position_m: complex
@@ -52,7 +49,7 @@ class Glide:
         """This moment as the cascade takes it; without `height` the vertical axis follows its speed alone."""
         down_m = self.down_m if height else math.nan
         place, speed, push = self.position_m, self.velocity_mps, self.acceleration_mps2
-        return setpoint_to(
+        return Setpoint(
             (place.real, place.imag, down_m),
             (speed.real, speed.imag, self.down_speed_mps),
             (push.real, push.imag, self.down_acceleration_mps2),

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from enum import Enum, auto
+from typing import NamedTuple
 
 from sitl.autopilot.glide import Glide, start_glide
 from sitl.autopilot.shaping import shape_position, shape_velocity, shape_yaw
@@ -29,8 +29,7 @@ class _Aim(Enum):
     MOTION = auto()
 
 
-@dataclass(frozen=True, slots=True)
-class Guided:
+class Guided(NamedTuple):
     """What GUIDED does. `trip` is a take-off; `goal` is the target as it was told, moved on since `told_us`.
 
     `yaw_ned_rad` NaN turns the nose along the way; without a rate it is held, `rated` alone turns for ever.
@@ -50,20 +49,21 @@ class Guided:
 
     def lifted(self, down_m: float) -> Guided:
         """A take-off to that height, from here."""
-        return replace(self, trip=climb(self.glide, down_m))
+        return self._replace(trip=climb(self.glide, down_m))
 
     def turned(self, turn: TurnTo) -> Guided:
         """With CONDITION_YAW's heading."""
         yaw = self.glide.yaw_ned_rad + turn.sign * turn.yaw_rad if turn.relative else turn.yaw_rad
-        return replace(self, along=False, goal=replace(self.goal, yaw_ned_rad=yaw, yaw_rate_ned_radps=0.0))
+        goal = self.goal._replace(yaw_ned_rad=yaw, yaw_rate_ned_radps=0.0)
+        return self._replace(along=False, goal=goal)
 
     def told(self, setpoint: Setpoint, now_us: int) -> Guided:
         """With a target from outside: it ends a take-off. Groups that do not belong together stop the vehicle."""
-        north, east, down = setpoint.position_ned_m.tolist()
-        v_north, v_east, v_down = setpoint.velocity_ned_mps.tolist()
-        a_north, a_east, a_down = setpoint.acceleration_ned_mps2.tolist()
+        north, east, down = setpoint.position_ned_m
+        v_north, v_east, v_down = setpoint.velocity_ned_mps
+        a_north, a_east, a_down = setpoint.acceleration_ned_mps2
         placed, moving, pushed = math.isfinite(north), math.isfinite(v_north), math.isfinite(a_north)
-        before = self if self.trip is None else replace(self, glide=self.trip.glide, trip=None)
+        before = self if self.trip is None else self._replace(glide=self.trip.glide, trip=None)
         if not (placed or moving) or (placed and pushed and not moving):
             return before.stopped(now_us)
         goal = Glide(
@@ -77,25 +77,24 @@ class Guided:
         )
         aim = _Aim.MOTION if placed and moving else _Aim.POSITION if placed else _Aim.VELOCITY
         along = math.isnan(setpoint.yaw_ned_rad) and math.isnan(setpoint.yaw_rate_ned_radps)
-        return replace(before, goal=goal, aim=aim, told_us=now_us, along=along)
+        return Guided(before.glide, goal, aim, now_us, along)
 
     def _yaw_told(self, setpoint: Setpoint) -> tuple[float, float]:
         yaw, rate = setpoint.yaw_ned_rad, setpoint.yaw_rate_ned_radps
-        if math.isnan(yaw):
+        if not math.isfinite(yaw):
             yaw = self.goal.yaw_ned_rad if math.isfinite(rate) else self.glide.yaw_ned_rad
-        return yaw, 0.0 if math.isnan(rate) else rate
+        return yaw, rate if math.isfinite(rate) else 0.0
 
     def stopped(self, now_us: int) -> Guided:
         """Brake and stay."""
-        rest = replace(
-            self.glide,
+        rest = self.glide._replace(
             velocity_mps=0j,
             acceleration_mps2=0j,
             down_speed_mps=0.0,
             down_acceleration_mps2=0.0,
             yaw_rate_ned_radps=0.0,
         )
-        return replace(self, goal=rest, aim=_Aim.REST, told_us=now_us, along=False, trip=None)
+        return Guided(self.glide, rest, _Aim.REST, now_us)
 
     def step(
         self, condition: Condition, dt_s: float, parameters: Mapping[str, float], speeds: Speeds
@@ -103,7 +102,7 @@ class Guided:
         """The target `dt_s` later."""
         if self.trip is not None:
             trip = self.trip.step(condition, dt_s, parameters, speeds)
-            return replace(self, trip=trip, glide=trip.glide)
+            return self._replace(trip=trip, glide=trip.glide)
         if dt_s <= 0.0:
             return self
         late = condition.time_us - self.told_us > 1e6 * parameters["GUID_TIMEOUT"]
@@ -115,7 +114,7 @@ class Guided:
         error = math.remainder(yaw_goal - glide.yaw_ned_rad, math.tau)
         rate = shape_yaw(error, yaw_rate_goal, glide.yaw_rate_ned_radps, yaw_limits(parameters), dt_s)
         yaw = math.remainder(glide.yaw_ned_rad + rate * dt_s, math.tau)
-        return Guided(_with_yaw(glide, yaw, rate), goal, self.aim, self.told_us, self.along)
+        return Guided(Glide(*glide[:6], yaw, rate), goal, self.aim, self.told_us, self.along)
 
 
 def begin_guided(condition: Condition) -> Guided:
@@ -129,34 +128,20 @@ def _moved(goal: Glide, dt: float) -> Glide:
     v, a = goal.velocity_mps, goal.acceleration_mps2
     down_v, down_a = goal.down_speed_mps, goal.down_acceleration_mps2
     return Glide(
-        position_m=goal.position_m + (v + 0.5 * a * dt) * dt,
-        velocity_mps=v + a * dt,
-        acceleration_mps2=a,
-        down_m=goal.down_m + (down_v + 0.5 * down_a * dt) * dt,
-        down_speed_mps=down_v + down_a * dt,
-        down_acceleration_mps2=down_a,
-        yaw_ned_rad=goal.yaw_ned_rad + goal.yaw_rate_ned_radps * dt,
-        yaw_rate_ned_radps=goal.yaw_rate_ned_radps,
-    )
-
-
-def _with_yaw(glide: Glide, yaw_ned_rad: float, yaw_rate_ned_radps: float) -> Glide:
-    return Glide(
-        glide.position_m,
-        glide.velocity_mps,
-        glide.acceleration_mps2,
-        glide.down_m,
-        glide.down_speed_mps,
-        glide.down_acceleration_mps2,
-        yaw_ned_rad,
-        yaw_rate_ned_radps,
+        goal.position_m + (v + 0.5 * a * dt) * dt,
+        v + a * dt,
+        a,
+        goal.down_m + (down_v + 0.5 * down_a * dt) * dt,
+        down_v + down_a * dt,
+        down_a,
+        goal.yaw_ned_rad + goal.yaw_rate_ned_radps * dt,
+        goal.yaw_rate_ned_radps,
     )
 
 
 def _at_rest(goal: Glide) -> Glide:
     """After GUID_TIMEOUT without a message."""
-    return replace(
-        goal,
+    return goal._replace(
         velocity_mps=0j,
         acceleration_mps2=0j,
         down_speed_mps=0.0,
@@ -185,16 +170,7 @@ def _shaped(
         a = shape_position(level, p, v, a, (most.speed_mps, accel, jerk), dt)
         down_a = shape_position(upright, down, down_v, down_a, (vertical_mps, accel_z, jerk_z), dt)
     v, down_v = v + a * dt, down_v + down_a * dt
-    return Glide(
-        position_m=p + v * dt,
-        velocity_mps=v,
-        acceleration_mps2=a,
-        down_m=down + down_v * dt,
-        down_speed_mps=down_v,
-        down_acceleration_mps2=down_a,
-        yaw_ned_rad=glide.yaw_ned_rad,
-        yaw_rate_ned_radps=glide.yaw_rate_ned_radps,
-    )
+    return Glide(p + v * dt, v, a, down + down_v * dt, down_v, down_a, *glide[6:])
 
 
 def _along(glide: Glide, parameters: Mapping[str, float]) -> tuple[float, float]:

@@ -12,12 +12,12 @@ from sitl.autopilot.orbit import OrbitCourse
 from sitl.autopilot.payload import Payload
 from sitl.orders import Home, Mode, Notice, Shot
 from sitl.plans import MissionRun, Plans
-from sitl.signals import Setpoint, vector
+from sitl.signals import Setpoint
 
 __all__ = ["NOTHING", "CommanderState", "PilotState"]
 
 _NAN3 = (math.nan, math.nan, math.nan)
-NOTHING = Setpoint(vector(_NAN3), vector(_NAN3), vector(_NAN3), math.nan, math.nan)
+NOTHING = Setpoint(_NAN3, _NAN3, _NAN3, math.nan, math.nan)
 """A setpoint that commands no axis."""
 
 
@@ -25,7 +25,6 @@ NOTHING = Setpoint(vector(_NAN3), vector(_NAN3), vector(_NAN3), math.nan, math.n
 class PilotState:
     """What a commander of either dialect remembers. Its parts are values, so that a copy is a snapshot."""
 
-    time_us: int = 0
     armed: bool = False
     armed_at_us: int = 0
     flown: bool = False

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from sitl.orders import Mode
 from sitl.signals import Setpoint
 
-__all__ = ["commands_every_axis", "is_streamed", "mode_after_loss"]
+__all__ = ["commands_every_axis", "lost_us", "mode_after_loss"]
 
 _LOSS_SEEN_US = 60_000
 """PX4 notices lost setpoints this much after COM_OF_LOSS_T: 1.05 s was seen, and 0.95 Hz still held."""
@@ -18,9 +18,9 @@ _OFFBOARD_LOSS_MODES = {3: Mode.RETURN, 4: Mode.LAND, 5: Mode.HOLD}
 """COM_OBL_RC_ACT. Its other values are modes for a pilot with sticks: without them NAV_RCL_ACT decides."""
 
 
-def is_streamed(last_us: int | None, now_us: int, limit_s: float) -> bool:
-    """Whether setpoints still come, as far as anybody can tell."""
-    return last_us is not None and now_us - last_us <= 1e6 * limit_s + _LOSS_SEEN_US
+def lost_us(last_us: int | None, limit_s: float) -> float:
+    """Until when setpoints still come, as far as anybody can tell, after the last one."""
+    return -math.inf if last_us is None else last_us + 1e6 * limit_s + _LOSS_SEEN_US
 
 
 def mode_after_loss(parameters: Mapping[str, float]) -> Mode:
@@ -37,11 +37,11 @@ def commands_every_axis(setpoint: Setpoint) -> bool:
     if setpoint.attitude is not None:
         return True
     kinds = (setpoint.position_ned_m, setpoint.velocity_ned_mps, setpoint.acceleration_ned_mps2)
+    if all(map(math.isfinite, map(sum, kinds))):
+        return True
     horizontal = vertical = False
-    finite = math.isfinite
     for kind in kinds:
-        north_m, east_m, down_m = kind.tolist()
-        north, east, down = finite(north_m), finite(east_m), finite(down_m)
+        north, east, down = map(math.isfinite, kind)
         if north != east:
             return False
         horizontal |= north

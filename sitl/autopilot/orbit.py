@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from sitl.autopilot.glide import Glide, GlideLimits, step_glide
 from sitl.geo import geodetic_of_ned, ned_of_geodetic
 from sitl.orders import Condition, Mode, Orbit, OrbitRun
-from sitl.signals import GeoPoint, Setpoint, vector
+from sitl.signals import GeoPoint, Setpoint
 
 __all__ = ["OrbitCourse", "begin_orbit"]
 
@@ -60,7 +60,7 @@ class OrbitCourse:
         if approaching:
             return replace(self, glide=glide, setpoint=glide.setpoint())
         # The setpoint goes with the vehicle, so that a later approach begins where it is.
-        glide = replace(glide, position_m=complex(north_m, east_m), velocity_mps=0j, acceleration_mps2=0j)
+        glide = glide._replace(position_m=complex(north_m, east_m), velocity_mps=0j, acceleration_mps2=0j)
         return replace(self, glide=glide, setpoint=self._round(outward, off_m, glide), approaching=False)
 
     def _round(self, outward: complex, off_m: float, glide: Glide) -> Setpoint:
@@ -69,9 +69,9 @@ class OrbitCourse:
         acceleration_mps2 = -outward * self.speed_mps**2 / self.radius_m
         turns = self.yaw_behaviour in (_YAW_CENTRE, _YAW_TANGENT)
         return Setpoint(
-            vector((math.nan, math.nan, glide.down_m)),
-            vector((velocity_mps.real, velocity_mps.imag, glide.down_speed_mps)),
-            vector((acceleration_mps2.real, acceleration_mps2.imag, glide.down_acceleration_mps2)),
+            (math.nan, math.nan, glide.down_m),
+            (velocity_mps.real, velocity_mps.imag, glide.down_speed_mps),
+            (acceleration_mps2.real, acceleration_mps2.imag, glide.down_acceleration_mps2),
             math.nan if self.yaw_behaviour == _YAW_UNCONTROLLED else glide.yaw_ned_rad,
             self.speed_mps / self.radius_m if turns else math.nan,
         )

@@ -19,6 +19,8 @@ class Pilot(Generic[StateT]):
 
     def __init__(self, state: StateT) -> None:
         self._state = state
+        self.holds_until_us = 0
+        """Until when its last word holds, or the latest setpoint instead: while ground and position are neither lost nor found."""
 
     @property
     def armed(self) -> bool:
@@ -57,3 +59,4 @@ class Pilot(Generic[StateT]):
     def restore(self, state: StateT) -> None:
         """Go on from a snapshot."""
         self._state = replace(state)
+        self.holds_until_us = 0

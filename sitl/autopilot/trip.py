@@ -8,6 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from operator import itemgetter
 
 from sitl.autopilot.glide import Glide, GlideLimits, step_glide, stopping_point
 from sitl.orders import Condition, Home
@@ -81,7 +83,7 @@ class Trip:
         goal, glide = trip.stops[0], trip.glide
         limits = speeds_of(speeds, parameters)
         if goal.is_landing:
-            limits = replace(limits, down_mps=_landing_mps(trip.ground_down_m - glide.down_m, parameters))
+            limits = limits._replace(down_mps=_landing_mps(trip.ground_down_m - glide.down_m, parameters))
         glide = step_glide(
             glide,
             goal.place_m,
@@ -92,7 +94,7 @@ class Trip:
         )
         if goal.is_landing:
             lowest_m = float(condition.estimate.position_ned_m[2]) + _SINK_MOST_M
-            glide = replace(glide, down_m=min(glide.down_m, lowest_m))
+            glide = glide._replace(down_m=min(glide.down_m, lowest_m))
         return replace(trip, glide=glide)
 
     def is_over(self, condition: Condition, parameters: Mapping[str, float]) -> bool:
@@ -112,15 +114,27 @@ class Trip:
         return replace(self, stops=self.stops[1:], arrived_at_us=None)
 
 
+_LIMITING = itemgetter(
+    "WPNAV_SPEED", "WPNAV_SPEED_UP", "WPNAV_SPEED_DN", "WPNAV_ACCEL", "PSC_JERK_XY", "ATC_SLEW_YAW"
+)
+
+
 def speeds_of(speeds: Speeds, parameters: Mapping[str, float]) -> GlideLimits:
     """The limits of flying by itself, by the parameters WPNAV_ and PSC_."""
+    return _speeds_by(speeds, *_LIMITING(parameters))
+
+
+@lru_cache(maxsize=64)  # asked in every frame, and hardly ever anew
+def _speeds_by(
+    speeds: Speeds, level: float, up: float, down: float, acceleration: float, jerk: float, slew: float
+) -> GlideLimits:
     return GlideLimits(
-        speed_mps=max(_LEAST_SPEED, _or(speeds.level_mps, 0.01 * parameters["WPNAV_SPEED"])),
-        up_mps=max(_LEAST_SPEED, _or(speeds.up_mps, 0.01 * parameters["WPNAV_SPEED_UP"])),
-        down_mps=max(_LEAST_SPEED, _or(speeds.down_mps, 0.01 * parameters["WPNAV_SPEED_DN"])),
-        acceleration_mps2=acceleration_of(parameters, "WPNAV_ACCEL"),
-        jerk_mps3=max(_LEAST_JERK, parameters["PSC_JERK_XY"]),
-        yaw_rate_radps=_slew_radps(parameters),
+        speed_mps=max(_LEAST_SPEED, _or(speeds.level_mps, 0.01 * level)),
+        up_mps=max(_LEAST_SPEED, _or(speeds.up_mps, 0.01 * up)),
+        down_mps=max(_LEAST_SPEED, _or(speeds.down_mps, 0.01 * down)),
+        acceleration_mps2=max(_LEAST_ACCELERATION, 0.01 * acceleration),
+        jerk_mps3=max(_LEAST_JERK, jerk),
+        yaw_rate_radps=_slew_radps(slew),
     )
 
 
@@ -140,12 +154,12 @@ def yaw_limits(parameters: Mapping[str, float]) -> tuple[float, float, float]:
     return (
         max(_LEAST_TIME_S, parameters["ATC_INPUT_TC"]),
         max(_LEAST_TURN, acceleration),
-        _slew_radps(parameters),
+        _slew_radps(parameters["ATC_SLEW_YAW"]),
     )
 
 
-def _slew_radps(parameters: Mapping[str, float]) -> float:
-    return max(_LEAST_TURN, math.radians(0.01 * parameters["ATC_SLEW_YAW"]))
+def _slew_radps(slew: float) -> float:
+    return max(_LEAST_TURN, math.radians(0.01 * slew))
 
 
 def arrived(stop: Stop, condition: Condition, parameters: Mapping[str, float]) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -92,6 +93,7 @@ class Ekf:
         r = receiver
         self._fix_sigma = np.array([r.white_h_m, r.white_h_m, r.white_v_m, *[r.speed_mps] * 3])
         self.wander_variance_m2 = np.array([r.wander_h_m, r.wander_h_m, r.wander_v_m]) ** 2
+        self._wander_level_m2 = self.wander_variance_m2[0].item(), self.wander_variance_m2[1].item()
         s = senses
         densities = s.accel_noise_mps2_rthz, s.gyro_noise_radps_rthz
         walks = s.accel_walk_mps3_rthz, s.gyro_walk_radps2_rthz
@@ -113,20 +115,22 @@ class Ekf:
         self._pose, self._q = n["pose"], n["q_ned_frd"]
         self._horizon_frames = int(nav["horizon_frames"][0])
         self.running = False
-        self._fuse: Callable[..., None] | None = None
+        self._fuse: Callable[[int, int], None] | None = None
 
     def step(self, frame: int, has: int) -> None:
         """One frame at the horizon: predict, then fuse what was measured at its end."""
+        if self.running and self._fuse is not None:
+            self._fuse(frame, has)
+            return
         slot = (frame - self._horizon_frames) % RING
         if not self.running:
             if frame > self._horizon_frames:
                 self._align(frame, slot, has)
             return
-        x, P = self.filter.x, self.filter.P
         if not self.stepwise:
-            records = self.nav, self.book, self.sheet
-            fuse = self._fuse = self._fuse or prepared(fuse_frame, *records, x, P, self._work, frame, has)
-            fuse(*records, x, P, self._work, frame, has)
+            known = self.nav, self.book, self.sheet, self.filter.x, self.filter.P, self._work
+            self._fuse = partial(prepared(fuse_frame, *known, frame, has), *known)
+            self._fuse(frame, has)
             return
         self.filter.predict()
         if has & HAS_FIX:
@@ -262,12 +266,13 @@ class Ekf:
         north_m2, east_m2, down_m2 = self.wander_variance_m2.tolist()
         return np.array([north_m2, east_m2, down_m2 + drift_m2])
 
-    @property
-    def eph_m2(self) -> float:
-        """The variance of the horizontal position, both axes together: PX4's eph, squared."""
-        P, wander_m2 = self.filter.P, self.wander_variance_m2
-        north_m2, east_m2 = P.item(0) + wander_m2.item(0), P.item(STATES + 1) + wander_m2.item(1)
-        return float(north_m2 + east_m2)
+    def knows_place(self, frame: int, eph_max_m2: float) -> bool:
+        """Whether fixes are fresh and the horizontal position's variance, both axes together, is no more: PX4's eph, squared."""
+        if not self.fixes_fresh(frame):
+            return False
+        P, (wander_north_m2, wander_east_m2) = self.filter.P, self._wander_level_m2
+        north_m2, east_m2 = P.item(0) + wander_north_m2, P.item(STATES + 1) + wander_east_m2
+        return bool(north_m2 + east_m2 <= eph_max_m2)
 
     def arrays(self) -> tuple[np.ndarray, ...]:
         """All that changes, for a snapshot; `nav` is shared and not among it."""

@@ -106,6 +106,10 @@ class ArduPilotLink:
                     out += self._codec.encode(answer)
         return out
 
+    def due_us(self, _: Helm) -> int:
+        """When there will be something to send unasked; zero is at once. ArduCopter decides anew in each frame."""
+        return 0
+
     def send(self, helm: Helm) -> bytes:
         """What is to be sent unasked in this frame."""
         out = b""

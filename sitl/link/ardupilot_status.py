@@ -193,10 +193,12 @@ def _rc_channels(report: Report) -> Message:
 
 def _nav_controller_output(report: Report) -> Message:
     roll, pitch, _ = euler_rad(report.instruments.attitude_wanted)
-    here, flight = report.estimate.position_ned_m, report.flight
-    way = flight.setpoint.position_ned_m - here
-    known = flight.armed and bool(math.isfinite(float(way.sum())))
-    north_m, east_m, down_m = way.tolist() if known else (0.0, 0.0, 0.0)
+    here, flight = report.estimate.position_ned_m.tolist(), report.flight
+    north_m, east_m, down_m = (
+        goal - own for goal, own in zip(flight.setpoint.position_ned_m, here, strict=True)
+    )
+    if not (flight.armed and math.isfinite(north_m + east_m + down_m)):
+        north_m = east_m = down_m = 0.0
     bearing = whole(math.degrees(math.atan2(east_m, north_m)), _I16)
     return _NAV_CONTROLLER_OUTPUT(
         nav_roll=math.degrees(roll),

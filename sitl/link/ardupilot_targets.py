@@ -11,7 +11,7 @@ import math
 from sitl.geo import ned_of_geodetic
 from sitl.link.messages import Message, message_type
 from sitl.link.report import Report, euler_rad
-from sitl.signals import Setpoint, setpoint_to, vector
+from sitl.signals import Setpoint
 
 __all__ = ["STOP", "global_target", "local_target"]
 
@@ -22,7 +22,7 @@ _FORCE, _YAW, _YAW_RATE = 1 << 9, 1 << 10, 1 << 11
 _NAN3 = (math.nan,) * 3
 _FASTEST = 1000.0
 
-STOP = Setpoint(vector(_NAN3), vector(_NAN3), vector(_NAN3), math.nan, math.nan)
+STOP = Setpoint(_NAN3, _NAN3, _NAN3, math.nan, math.nan)
 """What ArduPilot makes of a message that it cannot follow: brake and stay."""
 _LOCAL = message_type("SET_POSITION_TARGET_LOCAL_NED")
 _GLOBAL = message_type("SET_POSITION_TARGET_GLOBAL_INT")
@@ -31,6 +31,8 @@ _GLOBAL = message_type("SET_POSITION_TARGET_GLOBAL_INT")
 def local_target(message: Message, report: Report) -> Setpoint:
     """What a SET_POSITION_TARGET_LOCAL_NED commands. Offset frames begin where the vehicle is now."""
     frame = message.coordinate_frame
+    if frame == _LOCAL_NED and not message.type_mask and _is_flyable(message):
+        return Setpoint(message[1:4], message[4:7], message[7:10], message.yaw, message.yaw_rate)
     if frame not in (_LOCAL_NED, _LOCAL_OFFSET, _BODY_NED, _BODY_OFFSET):
         return STOP
     nose_rad = euler_rad(report.estimate.q_ned_frd)[2] if frame in (_BODY_NED, _BODY_OFFSET) else 0.0
@@ -74,7 +76,12 @@ def _target(message: Message, position: tuple[float, float, float], nose_rad: fl
         return STOP
     yaw = math.nan if mask & _YAW else message.yaw + nose_rad
     yaw_rate = math.nan if mask & _YAW_RATE else message.yaw_rate
-    return setpoint_to(position, velocity, acceleration, yaw, yaw_rate)
+    return Setpoint(position, velocity, acceleration, yaw, yaw_rate)
+
+
+def _is_flyable(message: Message) -> bool:
+    """Whether all of a target that is commanded whole can be followed."""
+    return math.isfinite(sum(message[1:4])) and all(abs(value) <= _FASTEST for value in message[4:10])
 
 
 def _limit(group: tuple[float, float, float], position: tuple[float, float, float]) -> float:

@@ -22,7 +22,11 @@ from sitl.link.signing import Signer
 
 __all__ = ["Codec", "CodecState", "Received"]
 
-_HEADER = Struct("<BBBBBBBHB")
+_MAGIC = bytes((MAGIC,))
+_HEADER = Struct("<BBBBBBHB")
+"""The header behind its first byte, which is not part of the checksum."""
+_SENDER, _SENDER_AT = Struct("<BBHB"), 5
+"""The header's end: system, component and the message's number."""
 _START = re.compile(b"[\xfd\xfe]")
 _crc: Callable[[bytes, int], int] = getattr(common, "mcrf4xx", None) or (
     lambda data, _: common.x25crc(data).crc
@@ -71,10 +75,11 @@ class Codec:
         system, component = sender or (self.system, self.component)
         low, high = message.ID & 0xFFFF, message.ID >> 16
         flags = 0 if self._signer is None else SIGNED
-        header = _HEADER.pack(MAGIC, len(payload), flags, 0, self._sequence, system, component, low, high)
-        frame = header + payload
+        header = _HEADER.pack(len(payload), flags, 0, self._sequence, system, component, low, high)
         self._sequence = (self._sequence + 1) & 0xFF
-        frame += _checksum(frame, message.LAYOUT.crc_extra)
+        body = header + payload
+        crc = _crc(body + message.LAYOUT.crc_extra, 0xFFFF)
+        frame = _MAGIC + body + crc.to_bytes(CHECKSUM_N, "little")
         return frame if self._signer is None else self._signer.sign(frame)
 
     def decode(self, data: bytes) -> list[Received]:
@@ -87,7 +92,7 @@ class Codec:
                 end = begin + HEADER_N + data[begin + 1] + CHECKSUM_N
                 if end > size:
                     break
-                received = _decode(data[begin:end])
+                received = _decode(data, begin, end)
                 if received is None or received.message is None:
                     break
                 messages.append(received)
@@ -146,7 +151,7 @@ class Codec:
         if not frame or len(frame) < _size(frame, 0):
             return None
         if frame[0] == MAGIC and not frame[2]:
-            return _decode(frame)
+            return _decode(frame, 0, len(frame))
         try:
             sender = self._rare.decode(bytearray(frame))
         except common.MAVError:
@@ -184,16 +189,14 @@ def _size(data: bytes, at: int) -> int:
     return 0 if data[at] == MAGIC and flags and flags[0] & ~SIGNED else size_of(data, at)
 
 
-def _decode(frame: bytes) -> Received | None:
-    """What an unsigned MAVLink 2 frame carries; None when its checksum is wrong."""
-    _, _, _, _, _, system, component, low, high = _HEADER.unpack_from(frame)
+def _decode(data: bytes, begin: int, end: int) -> Received | None:
+    """What the unsigned MAVLink 2 frame there carries; None when its checksum is wrong."""
+    system, component, low, high = _SENDER.unpack_from(data, begin + _SENDER_AT)
     known = layout(low | high << 16)
     if known is None:
         return Received(None, system, component)
-    if _checksum(frame[:-CHECKSUM_N], known.crc_extra) != frame[-CHECKSUM_N:]:
+    tail = end - CHECKSUM_N
+    crc: int = _crc(data[begin + 1 : tail] + known.crc_extra, 0xFFFF)
+    if crc != data[tail] | data[tail + 1] << 8:
         return None
-    return Received(known.unpack(frame[HEADER_N:-CHECKSUM_N]), system, component)
-
-
-def _checksum(frame: bytes, crc_extra: bytes) -> bytes:
-    return _crc(frame[1:] + crc_extra, 0xFFFF).to_bytes(CHECKSUM_N, "little")
+    return Received(known.unpack(data[begin + HEADER_N : tail]), system, component)

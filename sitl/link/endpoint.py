@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Protocol
 
 from sitl.link.frames import datagrams
+from sitl.signals import FRAME_US
 
 __all__ = [
     "ARDUPILOT_TCP_PORTS",
@@ -38,7 +39,6 @@ _INSTANCE_STEP = 10
 _RECEIVE_SIZE = 65535
 _DATAGRAMS_PER_FRAME = 256
 _SIGNING_EPOCH_S = 1_420_070_400  # 2015-01-01 UTC
-_FRAME_US = 10_000
 _UNSENT_LIMIT = 1 << 20
 _PROBE_S = 0.05
 _GIVE_UP_S = 0.5
@@ -296,10 +296,10 @@ def run(
 
     Frames have absolute deadlines, so that lateness does not add up.
     """
-    frame_s = 1e-6 * _FRAME_US / speedup
+    frame_s = 1e-6 * FRAME_US / speedup
     now_us, deadline_s = 0, time.monotonic()
     while after_frame():
-        now_us, deadline_s = now_us + _FRAME_US, deadline_s + frame_s
+        now_us, deadline_s = now_us + FRAME_US, deadline_s + frame_s
         late_s = time.monotonic() - deadline_s
         if late_s < 0.0:
             time.sleep(-late_s)

@@ -79,6 +79,10 @@ class PlanService:
             return []
         return handle(self, received.message, (received.system, received.component), helm)
 
+    def due_us(self, helm: Helm) -> int:
+        """When `proceed` will have something to do, unless the mission goes on before; zero is at once."""
+        return self.slow_us if self.state is _IDLE and helm.run is self.told else 0
+
     def proceed(self, helm: Helm) -> list[Message]:
         """What there is to send unasked in this frame: progress, and a request that found no answer."""
         now_us, messages = helm.time_us, []

@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import math
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from struct import Struct
@@ -52,41 +52,33 @@ class TableState:
     revision: int
 
 
-class ParameterTable(Mapping[str, float]):
-    """All parameters of one vehicle, in the autopilot's order. Whoever holds it sees every change."""
+class ParameterTable(dict[str, float | int]):
+    """All parameters of one vehicle, in the autopilot's order. Whoever holds it sees every change.
+
+    A dictionary, because they are looked up a hundred times a frame; only `set` and `restore` change it.
+    """
 
     def __init__(self, params: Params) -> None:
         self._hold(dict(sorted({**_others(), **params}.items())))
 
     def _hold(self, values: dict[str, float | int]) -> None:
-        self._values = values
+        self.clear()
+        self.update(values)
         self._changed_in: dict[str, int] = {}
         self.revision = 0
-        self.names = tuple(self._values)
+        self.names = tuple(self)
         self.index = {name: index for index, name in enumerate(self.names)}
-
-    def __getitem__(self, name: str) -> float | int:
-        """The value of that name."""
-        return self._values[name]
-
-    def __iter__(self) -> Iterator[str]:
-        """The names, in their order."""
-        return iter(self.names)
-
-    def __len__(self) -> int:
-        """How many there are."""
-        return len(self.names)
 
     @property
     def vehicle_params(self) -> Params:
         """Those that the body's control obeys."""
-        return Params({name: self._values[name] for name in DEFAULTS})
+        return Params({name: self[name] for name in DEFAULTS})
 
     def set(self, name: str, value: float) -> None:
         """Change a value. The same value again is no change."""
-        if value != self._values[name]:
+        if value != self[name]:
             self.revision += 1
-            self._values[name], self._changed_in[name] = value, self.revision
+            self[name], self._changed_in[name] = value, self.revision
 
     def changed_since(self, revision: int) -> list[str]:
         """The names that have changed after that revision."""
@@ -94,11 +86,12 @@ class ParameterTable(Mapping[str, float]):
 
     def snapshot(self) -> TableState:
         """Every value."""
-        return TableState(dict(self._values), dict(self._changed_in), self.revision)
+        return TableState(dict(self), dict(self._changed_in), self.revision)
 
     def restore(self, state: TableState) -> None:
         """Go on from a snapshot."""
-        self._values, self._changed_in = dict(state.values), dict(state.changed_in)
+        self.update(state.values)
+        self._changed_in = dict(state.changed_in)
         self.revision = state.revision
 
 
@@ -120,6 +113,10 @@ class ParameterService:
             case _PARAM_SET(param_id=name, param_type=kind, param_value=value):
                 return self._set(name.decode("ascii", "replace"), kind, value, table, change)
         return []
+
+    def has_news(self, table: ParameterTable) -> bool:
+        """Whether `proceed` has anything to send."""
+        return self.cursor is not None or self.announced != table.revision
 
     def proceed(self, table: ParameterTable) -> list[Message]:
         """What there is to send unasked in this frame: changes, and the next part of a list."""

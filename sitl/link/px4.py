@@ -15,23 +15,20 @@ from pymavlink.dialects.v20 import common
 from sitl.link.camera import Camera, CameraState
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import ORDERS, Command, answered, command_of, whole_number
-from sitl.link.events import EVENTS, REQUEST_EVENT, no_event
+from sitl.link.events import REQUEST_EVENT, no_event
 from sitl.link.failures import begun_by, ended_by
 from sitl.link.files import FILE_MESSAGE, Files, no_file
-from sitl.link.gimbal import GIMBAL, GIMBAL_RATES_HZ, claimed
+from sitl.link.gimbal import claimed
 from sitl.link.helm import Helm
-from sitl.link.instruments import INSTRUMENTS, image_captured
+from sitl.link.instruments import image_captured
 from sitl.link.logs import LOG_REQUEST, no_logs
 from sitl.link.messages import Message, MessageType, message_type
-from sitl.link.missions import MISSION_MESSAGES, PROGRESS, PlanService
-from sitl.link.mode_list import AVAILABLE_MODES, listed
+from sitl.link.missions import MISSION_MESSAGES, PlanService
 from sitl.link.parameters import ParameterService
-from sitl.link.px4_status import MODE_OF_CODE, MODES_NOT_FLOWN, PX4_MODES, STATUS, status_texts
-from sitl.link.report import Report
+from sitl.link.px4_status import MODE_OF_CODE, MODES_NOT_FLOWN, status_texts
+from sitl.link.px4_telemetry import TELEMETRY_COMMANDS, Px4Telemetry, TelemetryState
 from sitl.link.setpoints import attitude_setpoint_of, setpoint_of
 from sitl.link.signing import Signer
-from sitl.link.streams import Schedule, Streams
-from sitl.link.telemetry import TELEMETRY, Builder
 from sitl.orders import Notice, Shot, SwitchMode, Verdict, WishMode
 from sitl.signals import GeoPoint
 
@@ -47,19 +44,12 @@ _PARAMETER_MESSAGES = tuple(map(message_type, ("PARAM_REQUEST_LIST", "PARAM_REQU
 _PING = message_type("PING")
 _SET_GPS_GLOBAL_ORIGIN = message_type("SET_GPS_GLOBAL_ORIGIN")
 _TIMESYNC = message_type("TIMESYNC")
-_MESSAGE_INTERVAL = message_type("MESSAGE_INTERVAL")
-_GPS_GLOBAL_ORIGIN = message_type("GPS_GLOBAL_ORIGIN")
 
-_BUILDERS: Mapping[int, Builder] = {
-    kind.ID: builder for kind, builder in {**TELEMETRY, **INSTRUMENTS, **STATUS, **PROGRESS, **EVENTS}.items()
-}
 _RESULTS = {
     Verdict.ACCEPTED: common.MAV_RESULT_ACCEPTED,
     Verdict.NOT_NOW: common.MAV_RESULT_TEMPORARILY_REJECTED,
     Verdict.DENIED: common.MAV_RESULT_DENIED,
 }
-_HEARTBEAT_LIMIT_US = 1e6
-"""Nobody switches HEARTBEAT off or makes it rarer than PX4 sends it: the vehicle would seem to be gone."""
 _CUSTOM_MODE = 1
 _QUARTER_E7 = 900_000_000
 """90 degrees as MAVLink has them."""
@@ -71,14 +61,12 @@ class Px4LinkState:
     """All that a link remembers."""
 
     codec: CodecState
-    schedule: Schedule
+    telemetry: TelemetryState
     parameters: ParameterService
     plans: PlanService
     files: Files
     verdicts: tuple[Message, ...]
     hears_gcs: bool
-    told_origin: Message | None
-    ping_sequence: int
     text_number: int
     camera: CameraState | None = None
 
@@ -96,16 +84,13 @@ class Px4Link:
     ) -> None:
         self._codec = Codec(system, _OURS, signer)
         self._camera = Camera(system, signer) if camera else None
-        self._builders = {**_BUILDERS, **GIMBAL} if camera else _BUILDERS
-        self._streams = Streams({**rates_hz, **GIMBAL_RATES_HZ} if camera else rates_hz)
+        self._telemetry = Px4Telemetry(rates_hz, camera=camera)
         self._parameters = ParameterService()
         self._plans = PlanService()
         self._files = Files()
         self._verdicts: tuple[Message, ...] = ()
         self._hears_gcs = False
         self._heartbeats: list[Received] = []
-        self._told_origin: Message | None = None
-        self._ping_sequence = 0
         self._text_number = 0
 
     def receive(self, data: bytes, helm: Helm) -> bytes:
@@ -115,29 +100,28 @@ class Px4Link:
             if self._camera is not None and self._camera.is_meant(received.message):
                 out += self._camera.receive(received, helm)
             handle = _HANDLERS.get(type(received.message))
-            if handle is not None:
+            for answer in () if handle is None else handle(self, received, helm):
                 sender = (self._codec.system, _CAMERA) if self._addresses_camera(received.message) else None
-                for answer in handle(self, received, helm):
-                    out += self._codec.encode(answer, sender)
+                out += self._codec.encode(answer, sender)
         return out
+
+    def due_us(self, helm: Helm) -> int:
+        """When there will be something to send unasked, unless something happens before; zero is at once."""
+        if self._verdicts or self._camera is not None or self._parameters.has_news(helm.parameters):
+            return 0
+        return min(self._telemetry.next_us, self._plans.due_us(helm))
 
     def send(self, helm: Helm) -> bytes:
         """What is to be sent unasked in this frame."""
         out = b"" if self._camera is None else self._camera.send(helm.time_us)
         verdicts, self._verdicts = self._verdicts, ()
-        for message in verdicts:
+        for message in (
+            *verdicts,
+            *self._parameters.proceed(helm.parameters),
+            *self._plans.proceed(helm),
+            *self._telemetry.due(helm),
+        ):
             out += self._codec.encode(message)
-        for message in self._parameters.proceed(helm.parameters):
-            out += self._codec.encode(message)
-        for message in self._plans.proceed(helm):
-            out += self._codec.encode(message)
-        due = self._streams.due(helm.time_us)
-        if due:
-            report = helm.report()
-            for message_id in due:
-                message = self._telemetry(message_id, report)
-                if message is not None:
-                    out += self._codec.encode(message)
         return out
 
     def tell(self, notice: Notice) -> bytes:
@@ -153,9 +137,11 @@ class Px4Link:
             return self._camera.show(shot)
         return self._codec.encode(image_captured(shot))
 
-    def take_heartbeats(self) -> list[Received]:
+    def take_heartbeats(self) -> tuple[Received, ...]:
         """The heartbeats heard since the last call, for other links to pass on."""
-        heartbeats, self._heartbeats = self._heartbeats, []
+        if not self._heartbeats:
+            return ()
+        heartbeats, self._heartbeats = tuple(self._heartbeats), []
         return heartbeats
 
     def forward(self, received: Received) -> bytes:
@@ -166,14 +152,12 @@ class Px4Link:
         """All that this link remembers."""
         return Px4LinkState(
             self._codec.snapshot(),
-            self._streams.snapshot(),
+            self._telemetry.snapshot(),
             replace(self._parameters),
             replace(self._plans),
             replace(self._files),
             self._verdicts,
             self._hears_gcs,
-            self._told_origin,
-            self._ping_sequence,
             self._text_number,
             None if self._camera is None else self._camera.snapshot(),
         )
@@ -181,28 +165,13 @@ class Px4Link:
     def restore(self, state: Px4LinkState) -> None:
         """Go on from a snapshot."""
         self._codec.restore(state.codec)
-        self._streams.restore(state.schedule)
+        self._telemetry.restore(state.telemetry)
         self._parameters, self._plans = replace(state.parameters), replace(state.plans)
         self._files = replace(state.files)
         self._verdicts, self._hears_gcs = state.verdicts, state.hears_gcs
-        self._told_origin = state.told_origin
         if self._camera is not None and state.camera is not None:
             self._camera.restore(state.camera)
-        self._ping_sequence, self._text_number = state.ping_sequence, state.text_number
-
-    def _telemetry(self, message_id: int, report: Report) -> Message | None:
-        """The message that a stream is about to send."""
-        if message_id == _PING.ID:
-            self._ping_sequence = self._ping_sequence + 1 & 0xFFFFFFFF
-            return _PING(report.time_us, self._ping_sequence, 0, 0)
-        if message_id == _TIMESYNC.ID:
-            return _TIMESYNC(0, report.time_us * 1000)
-        message = self._builders[message_id](report)
-        if message_id == _GPS_GLOBAL_ORIGIN.ID:
-            if message is None or message[:3] == self._told_origin:
-                return None
-            self._told_origin = message[:3]
-        return message
+        self._text_number = state.text_number
 
     def _addresses_us(self, message: Message) -> bool:
         return message.target_system == self._codec.system and message.target_component in (_OURS, _ANY)
@@ -260,7 +229,7 @@ class Px4Link:
             helm.move_origin(
                 GeoPoint(message.latitude * 1e-7, message.longitude * 1e-7, message.altitude * 1e-3)
             )
-        told = self._builders[_GPS_GLOBAL_ORIGIN.ID](helm.report())
+        told = self._telemetry.origin(helm)
         return [] if told is None else [told]
 
     def _on_ping(self, received: Received, _: Helm) -> list[Message]:
@@ -285,6 +254,9 @@ class Px4Link:
         if not (self._addresses_us(received.message) or self._addresses_camera(received.message)):
             return []
         command = command_of(received.message)
+        tell = TELEMETRY_COMMANDS.get(command.number)
+        if tell is not None:
+            return tell(self._telemetry, command, received, helm)
         special = _COMMANDS.get(command.number)
         if special is not None:
             return special(self, command, received, helm)
@@ -307,17 +279,6 @@ class Px4Link:
         self._verdicts = (*self._verdicts, verdict)
         return [answered(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
-    def _request_message(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        if whole_number(command.param1) == AVAILABLE_MODES.ID:
-            modes = listed(PX4_MODES, whole_number(command.param2) if math.isfinite(command.param2) else 0)
-            result = common.MAV_RESULT_ACCEPTED if modes else common.MAV_RESULT_DENIED
-            return [*modes, answered(command.number, result, received)]
-        builder = self._builders.get(whole_number(command.param1))
-        message = None if builder is None else builder(helm.report())
-        if message is None:
-            return [answered(command.number, common.MAV_RESULT_DENIED, received)]
-        return [message, answered(command.number, common.MAV_RESULT_ACCEPTED, received)]
-
     def _inject_failure(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         """Only where SYS_FAILURE_EN allows it, as in PX4."""
         begun, ended = begun_by(command, helm.time_us), ended_by(command)
@@ -333,31 +294,7 @@ class Px4Link:
                 helm.heal(kind)
         return [answered(command.number, result, received)]
 
-    def _request_named(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        """The old commands that ask for one message each."""
-        wanted = command._replace(param1=float(_REQUESTED_BY[command.number]))
-        return self._request_message(wanted, received, helm)
 
-    def _set_interval(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        message_id = whole_number(command.param1)
-        unknown = message_id not in self._builders and message_id not in (_PING.ID, _TIMESYNC.ID)
-        silenced = message_id == _HEARTBEAT.ID and not 0.0 <= command.param2 <= _HEARTBEAT_LIMIT_US
-        if unknown or silenced:
-            return [answered(command.number, common.MAV_RESULT_FAILED, received)]
-        self._streams.set_interval_us(message_id, command.param2, helm.time_us)
-        return [answered(command.number, common.MAV_RESULT_ACCEPTED, received)]
-
-    def _get_interval(self, command: Command, received: Received, _: Helm) -> list[Message]:
-        message_id = whole_number(command.param1)
-        interval = _MESSAGE_INTERVAL(self._streams.interval_us(message_id), message_id & 0xFFFF)
-        return [interval, answered(command.number, common.MAV_RESULT_ACCEPTED, received)]
-
-
-_REQUESTED_BY: Mapping[int, int] = {
-    common.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: message_type("AUTOPILOT_VERSION").ID,
-    common.MAV_CMD_REQUEST_PROTOCOL_VERSION: message_type("PROTOCOL_VERSION").ID,
-    common.MAV_CMD_GET_HOME_POSITION: message_type("HOME_POSITION").ID,
-}
 _NOTHING_TO_DO: Mapping[int, Callable[[Command], int]] = {
     # No output has that function here, as none has in PX4's SIH; PX4 says yes all the same.
     common.MAV_CMD_DO_SET_ACTUATOR: lambda _: int(common.MAV_RESULT_ACCEPTED),
@@ -404,8 +341,4 @@ _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message
 _COMMANDS: Mapping[int, Callable[[Px4Link, Command, Received, Helm], list[Message]]] = {
     common.MAV_CMD_DO_SET_MODE: Px4Link._do_set_mode,
     common.MAV_CMD_INJECT_FAILURE: Px4Link._inject_failure,
-    common.MAV_CMD_REQUEST_MESSAGE: Px4Link._request_message,
-    **dict.fromkeys(_REQUESTED_BY, Px4Link._request_named),
-    common.MAV_CMD_SET_MESSAGE_INTERVAL: Px4Link._set_interval,
-    common.MAV_CMD_GET_MESSAGE_INTERVAL: Px4Link._get_interval,
 }

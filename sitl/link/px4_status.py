@@ -192,7 +192,7 @@ def _position_target(report: Report) -> Message | None:
         return None
     return _POSITION_TARGET_LOCAL_NED(
         report.time_ms,
-        *setpoint.position_ned_m.tolist(),
+        *setpoint.position_ned_m,
         *instruments.velocity_wanted.tolist(),
         *instruments.acceleration_wanted.tolist(),
         setpoint.yaw_ned_rad,

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from sitl.geo import geodetic_of_ned
 from sitl.orders import Battery, FlightStatus
@@ -74,8 +73,7 @@ class Instruments(Protocol):
         """What each motor is asked for, 0…1."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Report:
+class Report(NamedTuple):
     """What estimator, instruments and commander say. Read it at once: instruments do not stand still."""
 
     time_us: int

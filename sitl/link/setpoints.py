@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from sitl.link.messages import Message
 from sitl.link.report import euler_rad
-from sitl.signals import AttitudeSetpoint, FloatArray, Setpoint, setpoint_to, vector
+from sitl.signals import AttitudeSetpoint, FloatArray, Setpoint, vector
 
 __all__ = ["attitude_setpoint_of", "setpoint_of"]
 
@@ -29,7 +29,9 @@ def setpoint_of(message: Message, attitude: Callable[[], FloatArray]) -> Setpoin
     or acceleration. In BODY_NED a position is ignored, and a vector with one ignored axis is ignored whole.
     """
     mask = message.type_mask
-    told = message[1:10]  # position, velocity, acceleration
+    if not mask and message.coordinate_frame == _LOCAL_NED and math.isfinite(sum(message[1:12])):
+        return Setpoint(message[1:4], message[4:7], message[7:10], message.yaw, message.yaw_rate)
+    told: tuple[float, ...] = message[1:10]  # position, velocity, acceleration
     if message.coordinate_frame == _LOCAL_NED:
         told = _masked(told, mask)
     elif message.coordinate_frame == _BODY_NED:
@@ -43,7 +45,8 @@ def setpoint_of(message: Message, attitude: Callable[[], FloatArray]) -> Setpoin
     if is_force or not any(map(math.isfinite, told)):
         return None
     yaw_rad, yaw_rate_radps = _masked((message.yaw, message.yaw_rate), mask >> 10)
-    return setpoint_to(told[0:3], told[3:6], told[6:9], yaw_rad, yaw_rate_radps)
+    x, y, z, vx, vy, vz, ax, ay, az = told
+    return Setpoint((x, y, z), (vx, vy, vz), (ax, ay, az), yaw_rad, yaw_rate_radps)
 
 
 def attitude_setpoint_of(message: Message) -> Setpoint | None:
@@ -69,9 +72,8 @@ def attitude_setpoint_of(message: Message) -> Setpoint | None:
         return None
     if not all(map(math.isfinite, rates)):
         return None
-    nothing = vector(_NAN3)
     attitude = AttitudeSetpoint(q, vector(rates), message.thrust)
-    return Setpoint(nothing, nothing, nothing, math.nan, math.nan, attitude)
+    return Setpoint(_NAN3, _NAN3, _NAN3, math.nan, math.nan, attitude)
 
 
 def _masked(values: tuple[float, ...], mask: int) -> tuple[float, ...]:

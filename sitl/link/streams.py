@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from heapq import heapify, heappop, heappush
+from operator import itemgetter
 
 from sitl.link.messages import message_type
 
@@ -82,38 +84,35 @@ class Streams:
         self._defaults_us = {
             message_type(name).ID: round(1e6 / rate_hz) for name, rate_hz in rates_hz.items()
         }
-        self._schedule: Schedule = ()
-        self._next_us = _NEVER_US
+        self._queue: list[tuple[int, int, int, int]] = []
+        """Due, rank, interval and message id of each stream, as a heap; what is due at once goes out by rank."""
         self._set((0, interval_us, message_id) for message_id, interval_us in self._defaults_us.items())
+
+    @property
+    def next_us(self) -> int:
+        """When the next message is due."""
+        return self._queue[0][0] if self._queue else _NEVER_US
 
     def due(self, now_us: int) -> list[int]:
         """The numbers of the messages to send now. Each call uses them up."""
-        if now_us < self._next_us:
-            return []
-        ids: list[int] = []
-        schedule: list[tuple[int, int, int]] = []
-        next_us = _NEVER_US
-        for stream in self._schedule:
-            due_us, interval_us, message_id = stream
-            if due_us <= now_us:
-                ids.append(message_id)
-                # Late by more than an interval: go on from now rather than catch up in a burst.
-                due_us = max(due_us + interval_us, now_us - interval_us + 1)
-                stream = (due_us, interval_us, message_id)
-            if due_us < next_us:
-                next_us = due_us
-            schedule.append(stream)
-        self._schedule = tuple(schedule)
-        self._next_us = next_us
-        return ids
+        queue, late = self._queue, []
+        while queue and queue[0][0] <= now_us:
+            late.append(heappop(queue))
+        for due_us, rank, interval_us, message_id in late:
+            # Late by more than an interval: go on from now rather than catch up in a burst.
+            due_us = max(due_us + interval_us, now_us - interval_us + 1)
+            heappush(queue, (due_us, rank, interval_us, message_id))
+        if len(late) > 1:
+            late.sort(key=itemgetter(1))
+        return [stream[-1] for stream in late]
 
     def interval_us(self, message_id: int) -> int:
         """How far apart that message is sent; -1 when it is off."""
-        return next((interval_us for _, interval_us, number in self._schedule if number == message_id), -1)
+        return next((interval_us for *_, interval_us, number in self._queue if number == message_id), -1)
 
     def set_interval_us(self, message_id: int, interval_us: float, now_us: int) -> None:
         """Send that message so far apart; negative is off, zero PX4's default (off where there is none)."""
-        others = [stream for stream in self._schedule if stream[2] != message_id]
+        others = [stream for stream in self.snapshot() if stream[2] != message_id]
         if interval_us == 0:
             interval_us = self._defaults_us.get(message_id, -1)
         if 0 < interval_us < _LONGEST_US:
@@ -122,12 +121,14 @@ class Streams:
 
     def snapshot(self) -> Schedule:
         """All that the streams remember."""
-        return self._schedule
+        by_rank = sorted(self._queue, key=itemgetter(1))
+        return tuple((due_us, interval_us, message_id) for due_us, _, interval_us, message_id in by_rank)
 
     def restore(self, schedule: Schedule) -> None:
         """Go on from a snapshot."""
         self._set(schedule)
 
     def _set(self, schedule: Iterable[tuple[int, int, int]]) -> None:
-        self._schedule = tuple(schedule)
-        self._next_us = min((due_us for due_us, _, _ in self._schedule), default=_NEVER_US)
+        ranked = enumerate(schedule)
+        self._queue = [(due_us, rank, interval_us, number) for rank, (due_us, interval_us, number) in ranked]
+        heapify(self._queue)

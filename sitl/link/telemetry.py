@@ -45,9 +45,7 @@ def _local_position_ned(report: Report) -> Message | None:
     estimate = report.estimate
     if not estimate.position_ok:
         return None
-    return _LOCAL_POSITION_NED(
-        report.time_ms, *estimate.position_ned_m.tolist(), *estimate.velocity_ned_mps.tolist()
-    )
+    return _LOCAL_POSITION_NED(report.time_ms, *estimate.motion_ned.tolist())
 
 
 def _global_position_int(report: Report) -> Message | None:
@@ -98,9 +96,9 @@ def _position_target(report: Report) -> Message | None:
     setpoint = flight.setpoint
     return _POSITION_TARGET_LOCAL_NED(
         report.time_ms,
-        *setpoint.position_ned_m.tolist(),
-        *setpoint.velocity_ned_mps.tolist(),
-        *setpoint.acceleration_ned_mps2.tolist(),
+        *setpoint.position_ned_m,
+        *setpoint.velocity_ned_mps,
+        *setpoint.acceleration_ned_mps2,
         setpoint.yaw_ned_rad,
         setpoint.yaw_rate_ned_radps,
         type_mask=0,

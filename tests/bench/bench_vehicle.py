@@ -22,7 +22,7 @@ import sih
 
 from sitl.airframe import load_airframe
 from sitl.params import Params
-from sitl.signals import Demand, GeoPoint, Setpoint, vector
+from sitl.signals import Demand, GeoPoint, Setpoint
 from sitl.vehicle import Vehicle, VehicleConfig
 
 NOTHING = (math.nan,) * 3
@@ -36,7 +36,7 @@ SIH_SEEDS = 8
 
 
 def demand(p=NOTHING, v=NOTHING, a=NOTHING, armed=True) -> Demand:
-    return Demand(armed, False, Setpoint(vector(p), vector(v), vector(a), 0.0, math.nan))
+    return Demand(armed, False, Setpoint(p, v, a, 0.0, math.nan))
 
 
 def vehicle(airframe=X500, **config) -> Vehicle:

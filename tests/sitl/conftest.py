@@ -11,7 +11,7 @@ import pytest
 
 from sitl.airframe import Airframe, load_airframe
 from sitl.params import Params
-from sitl.signals import Demand, GeoPoint, Setpoint, vector
+from sitl.signals import Demand, GeoPoint, Setpoint
 from sitl.vehicle import Vehicle, VehicleConfig
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -28,7 +28,7 @@ def x500() -> Airframe:
 @pytest.fixture(scope="session")
 def demand() -> Callable[..., Demand]:
     def make(p=NOTHING, v=NOTHING, a=NOTHING, yaw=NAN, yaw_rate=NAN, armed=True, idle=False) -> Demand:
-        return Demand(armed, idle, Setpoint(vector(p), vector(v), vector(a), yaw, yaw_rate))
+        return Demand(armed, idle, Setpoint(p, v, a, yaw, yaw_rate))
 
     return make
 

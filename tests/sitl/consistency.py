@@ -19,7 +19,7 @@ from sitl.estimator.model import OUTPUT_S, transition
 from sitl.geo import ned_of_geodetic
 from sitl.params import Params
 from sitl.rotation import multiply
-from sitl.signals import Demand, GeoPoint, Setpoint, vector
+from sitl.signals import Demand, GeoPoint, Setpoint
 from sitl.vehicle import Vehicle, VehicleConfig
 
 STATES = 15
@@ -87,7 +87,7 @@ def error(one: Vehicle) -> tuple[np.ndarray, np.ndarray]:
 
 def demand(p=_NOTHING, v=_NOTHING, a=_NOTHING, armed=True) -> Demand:
     """What to fly, nose north."""
-    return Demand(armed, False, Setpoint(vector(p), vector(v), vector(a), 0.0, math.nan))
+    return Demand(armed, False, Setpoint(p, v, a, 0.0, math.nan))
 
 
 DISARMED = demand(armed=False)

@@ -19,24 +19,9 @@ NAN3 = vector([math.nan] * 3)
 
 
 def estimate(position, velocity, ok=True):
-    zero = vector(np.zeros(3))
-    return Estimate(
-        0,
-        vector(position),
-        vector(velocity),
-        vector([1, 0, 0, 0], 4),
-        zero,
-        zero,
-        zero,
-        zero,
-        zero,
-        zero,
-        zero,
-        ok,
-        ok,
-        ok,
-        ok,
-    )
+    numbers = np.zeros(31)
+    numbers[:7] = *position, *velocity, 1.0
+    return Estimate(0, vector(numbers, 31), ok, ok, ok, ok)
 
 
 @dataclass

@@ -7,13 +7,13 @@ import pytest
 from obedient import Flight
 
 from sitl.orders import Mode, SwitchMode, Verdict
-from sitl.signals import Setpoint, vector
+from sitl.signals import Setpoint
 
 NAN = math.nan
 
 
 def hover(down_m=-20.0):
-    return Setpoint(vector((0.0, 0.0, down_m)), vector((0.0, 0.0, 0.0)), vector([NAN] * 3), 0.0, NAN)
+    return Setpoint((0.0, 0.0, down_m), (0.0, 0.0, 0.0), (NAN, NAN, NAN), 0.0, NAN)
 
 
 def texts(flight):
@@ -34,11 +34,11 @@ def test_without_a_position_it_sinks_level_as_auto_land_and_takes_up_offboard_wh
     assert texts(offboard) == ["Failsafe activated: Autopilot disengaged, switching to Descend"]
     assert np.isnan(blind.position_ned_m).all() and np.isnan(blind.velocity_ned_mps[:2]).all()
     assert blind.velocity_ned_mps[2] == pytest.approx(0.7)  # MPC_LAND_SPEED
-    assert blind.acceleration_ned_mps2[:2].tolist() == [0.0, 0.0]
+    assert blind.acceleration_ned_mps2[:2] == (0.0, 0.0)
     offboard.body.ok = True
     again = offboard.live(1.0, hover())[-1].setpoint
     assert offboard.status.mode is Mode.OFFBOARD and not offboard.status.failsafe
-    assert again.position_ned_m.tolist() == [0.0, 0.0, -20.0]
+    assert again.position_ned_m == (0.0, 0.0, -20.0)
 
 
 def test_without_a_position_it_sinks_to_the_ground_and_disarms(offboard):

@@ -97,6 +97,15 @@ def test_no_parameter_stops_a_flight_that_is_guided_and_returns(aloft, name, val
     assert math.isfinite(float(aloft.here.sum()))
 
 
+@pytest.mark.parametrize("bad", [math.inf, -math.inf])
+def test_a_heading_that_is_no_number_is_ignored(aloft, bad):
+    aloft.live(0.2, lambda: aloft.target(p=(5.0, 5.0, -12.0), yaw=bad))
+    aloft.live(0.2, lambda: aloft.target(v=(1.0, 0.0, 0.0), yaw_rate=bad))
+    aloft.say(mavlink.MAVLink_command_int_message(1, 1, 0, 192, 0, 0, -1.0, 0.0, 0.0, bad, 0, 0, 0.0))
+    aloft.live(0.5)
+    assert math.isfinite(float(aloft.here.sum()))
+
+
 @pytest.mark.parametrize("numbers", [[16], [16, 177], [22, 177, 16], [115, 178], [20], [93, 21]])
 def test_odd_missions_are_flown_or_refused_but_never_break(aloft, numbers):
     items = [(number, 3, (1.0, -1.0, 1.0, 1.0, 0.0, 0.0, 12.0)) for number in numbers]

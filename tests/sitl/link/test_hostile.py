@@ -105,7 +105,7 @@ def test_garbage_changes_nothing_in_the_flight(in_the_air, garbage):
         simulator.restore(state)
         for data in datagrams:
             simulator.exchange(simulator.time_us, (data, b""))
-        simulator.exchange(state.links[0].schedule[0][0] + 1_000_000, (b"", b""))
+        simulator.exchange(state.links[0].telemetry.schedule[0][0] + 1_000_000, (b"", b""))
         ends.append(simulator.truth)
     assert (ends[0].position_ned_m == ends[1].position_ned_m).all()
 
