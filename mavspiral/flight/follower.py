@@ -29,6 +29,7 @@ class Follower:
 
     Attributes:
         due: where the vehicle is meant to be by now: the reference without the lead.
+        error_m: how far it was from there when it was last heard, `below_m` of it down, on a path that climbs with `climb_mps`.
     """
 
     def __init__(
@@ -47,6 +48,7 @@ class Follower:
         self.reference = reference
         self.pace = pace or Pace()
         self.error_m = 0.0
+        self.below_m = self.climb_mps = 0.0
         self._limits = limits
         self._leads_s = lead_s, tilt_lead_s, turn_lead_s
         self._damping = damping
@@ -68,6 +70,7 @@ class Follower:
         pace = self.pace
         meant, velocity, *_ = self.reference.at(pace.path_t_s - pace.rate * ago_s)
         self.error_m = math.dist(meant, position_ned_m)
+        self.below_m, self.climb_mps = position_ned_m[2] - meant[2], -velocity[2]
         self._speed_mps = math.hypot(*velocity)
         dt_s, self._heard_us = (vehicle_us - self._heard_us) * 1e-6, vehicle_us
         if self._feels_drag and pace.rate == 1.0 and self._speed_mps > 0.0:

@@ -37,6 +37,7 @@ class State(Enum):
     HOLD = "hold"
     BRAKE = "brake"
     RETURN = "return"
+    LEAVE = "leave"
     LAND = "land"
     RESTORE = "restore"
     OVER = "over"

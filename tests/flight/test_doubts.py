@@ -119,7 +119,27 @@ def test_a_receiver_that_falls_silent_is_as_good_as_none(px4):
     begin_us = px4.track[-1][0]
     fly_on(session, px4)
     told = next(event for event in session.events if "its GPS is silent" in event.text)
-    assert 2.4e6 < told.t_us - begin_us < 3.2e6 and session.outcome.exit_code == 1
+    assert 1.0e6 < told.t_us - begin_us < 1.6e6 and session.outcome.exit_code == 1
+
+
+def silent_after(*, positions_kept=1.0, every_s=0.2):
+    """How long after its last word a receiver of one word `every_s` counts as silent, where that share of the positions comes."""
+    doubts = Doubts(1.5)
+    for k in range(6000):
+        t_s = k / 50
+        if (0.37 * k) % 1.0 < positions_kept:
+            doubts.heard(LocalPosition(20 * k, 3.0 * t_s, 0.0, 0.0, 3.0, 0.0, 0.0))
+        if t_s < 60.0 and k % round(50 * every_s) == 0:
+            doubts.heard(GpsFix(3, 19.0 + 1e-5 * t_s, -99.0))
+        if doubts.fault:
+            return t_s - 60.0
+    return None
+
+
+def test_a_receiver_is_silent_sooner_on_a_link_that_loses_nothing():
+    assert silent_after() == pytest.approx(1.0, abs=0.6)
+    assert silent_after(positions_kept=0.7) == pytest.approx(2.4, abs=0.6), "so many words may be lost"
+    assert silent_after(every_s=1.0) == pytest.approx(2.0, abs=0.7), "one word a second is no silence"
 
 
 def test_fixes_that_stand_still_land_it_at_once(px4):
