@@ -183,6 +183,11 @@ def test_a_jump_is_not_flown_after(px4):
     )
     fly_on(session, px4, each=lambda us: px4.estimate_off_ne_m.__setitem__(1, 3.0 * (us > now_us + 2e6)))
     assert "going on home from there" in " ".join(event.text for event in session.events)
+    assert [event.text for event in session.events].count("return") == 1, "the way home is not begun again"
+    steps_m = np.diff([m.y for _, m in px4.setpoints])
+    assert np.count_nonzero(steps_m > 2.5) == 1, (
+        "it is shifted by what jumped, so that the vehicle stays on it"
+    )
     assert "its position jumped by 4.0 m" in session.outcome.reason and not px4.armed
 
 

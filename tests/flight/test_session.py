@@ -44,7 +44,7 @@ def test_a_flight_from_connecting_to_disarming(px4):
     fly(session, px4)
     assert session.outcome.ok and session.outcome.exit_code == 0
     states = [event.text for event in session.events if event.text in {s.value for s in State}]
-    aside = (State.MEASURE, State.APPROVE, State.HOLD, State.BRAKE, State.RETURN, State.OVER)
+    aside = (State.MEASURE, State.APPROVE, State.HOLD, State.BRAKE, State.RETURN, State.LEAVE, State.OVER)
     assert states == [s.value for s in State if s not in aside]
     assert not px4.armed and px4.armed_height_m == pytest.approx(0.0, abs=0.06)
     assert [t for t in texts(session).split(" | ") if t.startswith("leg")] == [
