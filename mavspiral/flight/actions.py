@@ -145,7 +145,7 @@ def checked(s: Situation) -> bool:
         sets_failsafes=s.config.set_failsafes,
     )
     for severity, text in findings:
-        if severity == "warning":
+        if severity != "error":
             s.tell(severity, text)
     errors = [text for severity, text in findings if severity == "error"]
     if errors:
