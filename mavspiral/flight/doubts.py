@@ -67,7 +67,7 @@ class Doubts:
 
     @property
     def misleads(self) -> bool:
-        """Whether the estimate is wrong from now on: it follows fixes, and speeds, of a moment long ago."""
+        """Whether the estimate is wrong soon: refused for some seconds, fixes and speeds of a moment long ago are followed then."""
         return self._fault == _FROZEN
 
     def jumped(self) -> str | None:
@@ -128,10 +128,15 @@ class Doubts:
         if then is None or (fix.lat_deg, fix.lon_deg) != (then.lat_deg, then.lon_deg):
             self._changed_ms = now_ms
         if math.hypot(self._last.north_mps, self._last.east_mps) < _MOVING_MPS:
-            self._changed_ms = max(self._changed_ms, now_ms - _FROZEN_MS // 2)
+            self._changed_ms = max(self._changed_ms, now_ms - round(self._frozen_ms / 2))
         self._fix = fix
         self._fault = None
         if self._fixed_ms and now_ms - self._fixed_ms > _LOST_MS:
             self._fault = "its GPS has no fix"
-        elif self._fixed_ms and now_ms - self._changed_ms > _FROZEN_MS:
+        elif self._fixed_ms and now_ms - self._changed_ms > self._frozen_ms:
             self._fault = _FROZEN
+
+    @property
+    def _frozen_ms(self) -> float:
+        """How long fixes may repeat themselves."""
+        return min(_MISSED_N * self._every_ms, _FROZEN_MS)

@@ -305,7 +305,8 @@ class Session:
         if self.state not in _ON_THE_WAY or not (jumped or fault):
             return
         if self._doubts.misleads:
-            self._give_up(f"{fault}, which leads it astray; landing it there", State.LAND)
+            self._note_failure(f"{fault}, which leads it astray; away from the wall and landing it there")
+            self._enter_or_land(State.LEAVE)
         elif self.state is not State.RETURN:
             self._note_failure(f"{jumped or fault}: away from the wall and home")
             self._enter_or_land(State.RETURN)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from fake_flight import fly, make_session, split
+from fake_flight import fly, leaving_first, make_session, split
 from fake_px4 import OFFBOARD
 
 from mavspiral.flight.doubts import Doubts
@@ -142,12 +142,15 @@ def test_a_receiver_is_silent_sooner_on_a_link_that_loses_nothing():
     assert silent_after(every_s=1.0) == pytest.approx(2.0, abs=0.7), "one word a second is no silence"
 
 
-def test_fixes_that_stand_still_land_it_at_once(px4):
-    session = make_session()
+def test_fixes_that_stand_still_land_it_soon_and_away_from_the_wall(px4):
+    session = make_session(way_home=leaving_first)
     fly(session, px4, until=until_path(session, 30))
     px4.frozen_place, begin_us = px4.origin, px4.track[-1][0]
+    fly_on(session, px4, until=lambda: session.state is State.LEAVE)
+    assert 0.9e6 < px4.track[-1][0] - begin_us < 1.8e6
+    east_m = px4.position[1]
     fly_on(session, px4, until=lambda: session.state is State.LAND)
-    assert 1.8e6 < px4.track[-1][0] - begin_us < 2.4e6
+    assert px4.position[1] > east_m + 4.0 and px4.track[-1][0] - begin_us < 7.0e6
     fly_on(session, px4)
     assert "its GPS repeats itself, which leads it astray" in session.outcome.reason and not px4.armed
 

@@ -1,13 +1,11 @@
 """A vehicle whose thrust does not carry it is not led home over the building."""
 
-import numpy as np
 import pytest
-from fake_flight import fly, line, make_session, way_home
+from fake_flight import fly, leaving_first, make_session, way_home
 from test_doubts import fly_on, until_path
 
 from mavspiral.flight.outcome import State
 from mavspiral.flight.sinking import Sinking
-from mavspiral.motion.trajectory import Trajectory
 
 
 def told_after(below_m, *, climb_mps=0.0, seconds=10.0):
@@ -28,12 +26,6 @@ def test_it_is_told_after_two_seconds_below_the_path():
 def test_a_late_link_is_no_sinking_while_it_climbs():
     assert told_after(lambda t_s: 1.5, climb_mps=2.0) is None
     assert told_after(lambda t_s: 1.5, climb_mps=-1.5) == pytest.approx(2.0, abs=0.1)
-
-
-def leaving_first(start_enu_m, end_enu_m, yaw_enu_rad):
-    away_enu_m = start_enu_m + np.array([6.0, 0.0, 0.0])
-    leave = line("leave-1", start_enu_m, away_enu_m, yaw_enu_rad)
-    return Trajectory((leave, *way_home(away_enu_m, end_enu_m, yaw_enu_rad).legs))
 
 
 @pytest.mark.parametrize("ways", [leaving_first, way_home])

@@ -25,3 +25,10 @@ def test_it_keeps_its_clearance_until_it_is_down(planned, autopilot, fault, reas
     assert reason in flight.outcome.reason
     assert "still armed" not in flight.log.events[-1].text
     assert flight.clearance_min_m >= KEPT_M
+
+
+def test_a_receiver_that_repeats_itself_leads_it_astray_only_where_nothing_stands(planned):
+    """PX4 refuses such fixes for 7 s: for so long it knows where it is, and leaves the wall. Then it lands anywhere, or not."""
+    flight = simulate(planned("kiosk"), faults=("sensor_stuck=gps@74s",), set_failsafes=True)
+    assert any("which leads it astray; away from the wall" in event.text for event in flight.log.events)
+    assert flight.clearance_min_m >= KEPT_M
