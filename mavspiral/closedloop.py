@@ -22,17 +22,15 @@ from mavspiral.flight.autopilots import PROFILES, Autopilot
 from mavspiral.flight.flight_log import Event, TlogWriter
 from mavspiral.flight.outcome import Outcome, SessionConfig
 from mavspiral.flight.plan_upload import MissionLists
-from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
-from mavspiral.frames import GeoPoint, RigidMap, yaw_ned_to_enu
+from mavspiral.frames import GeoPoint
 from mavspiral.handover import inspection_documents, inspection_missions
 from mavspiral.inspection import Inspection
-from mavspiral.logbook.flown import Flight, log_along, one_after_the_other, pictures_along
-from mavspiral.logbook.progress import captured_shots
+from mavspiral.logbook.flown import Flight, one_after_the_other
+from mavspiral.logbook.measuring import Seen, measured
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.planner import plan
-from mavspiral.survey.solids import Solids
 from mavspiral.tour.sorties import Sortie
 from mavspiral.uploads import mission_lists
 from sitl.airframe import load_airframe
@@ -160,8 +158,21 @@ def _flown(
     ended_us = now_us
     now_us, mode = _lives_on(simulator, witness, now_us, to_vehicle)
     wall_s = time.perf_counter() - begin_s
-    flight = _measured(
-        inspection, order, session, outcome, witness, tape.getvalue(), seed, now_us / 1e6, wall_s
+    trajectory = session.trajectory if isinstance(session, Session) else order.auto and order.auto[1]
+    if trajectory is None:
+        raise LimitError(f"{inspection.mission.name}: the flight never began: {outcome.reason}")
+    flight = measured(
+        inspection,
+        order.sortie,
+        trajectory,
+        session,
+        outcome,
+        witness.seen(),
+        tlog=tape.getvalue(),
+        seed=seed,
+        sim_s=now_us / 1e6,
+        wall_s=wall_s,
+        rtf=(now_us / 1e6 - START_UP_US / 1e6) / wall_s,
     )
     return flight if now_us == ended_us else _with_its_end(flight, simulator, ended_us, mode)
 
@@ -251,100 +262,30 @@ class _Witness:
     """Writes down the truth, and what the vehicle believes: neither reaches the session."""
 
     def __init__(self, simulator: Simulator) -> None:
-        self.simulator = simulator
+        self._simulator = simulator
         self._seen: list[tuple[int | FloatArray, ...]] = []
 
     def note(self) -> None:
         """Take the present state."""
-        truth, belief = self.simulator.truth, self.simulator.estimate
+        truth, belief = self._simulator.truth, self._simulator.estimate
         place, speed, q = truth.position_ned_m, truth.velocity_ned_mps, truth.q_ned_frd
         self._seen.append(
             (truth.time_us, place, speed, q, belief.position_ned_m, belief.position_variance_m2)
         )
 
-    def columns(self) -> dict[str, FloatArray]:
-        """What was noted: `time_us`, then truth in NED about home, then what was believed about the EKF's origin."""
+    def seen(self) -> Seen:
+        """All that was noted; the vehicle must have found itself by now."""
         time_us, position, velocity, q, believed, variance = map(np.array, zip(*self._seen, strict=True))
-        return {
-            "time_us": time_us,
-            "position_ned_m": position,
-            "velocity_ned_mps": velocity,
-            "yaw_ned_rad": np.array([to_yaw(tuple(one)) for one in q.tolist()]),
-            "believed_ned_m": believed,
-            "variance_ned_m2": variance,
-        }
-
-
-def _measured(
-    inspection: Inspection,
-    order: _Order,
-    session: Session | AutoFlight,
-    outcome: Outcome,
-    witness: _Witness,
-    tlog: bytes,
-    seed: int,
-    sim_s: float,
-    wall_s: float,
-) -> Flight:
-    trajectory = session.trajectory if isinstance(session, Session) else order.auto and order.auto[1]
-    sortie = order.sortie
-    if trajectory is None:
-        raise LimitError(f"{inspection.mission.name}: the flight never began: {outcome.reason}")
-    seen, frame, heights = witness.columns(), inspection.site.heights.frame, inspection.site.heights
-    to_home = frame.to_vehicle(frame.geo_point(inspection.home_enu_m))
-    position_enu_m = to_home.position_enu_m(seen["position_ned_m"])
-    solids = Solids.of_map(heights)
-
-    if isinstance(session, AutoFlight):
-        log = session.log(frame, tuple(leg.name for leg in trajectory.legs))
-    else:
-        log = session.log()
-    at = np.searchsorted(seen["time_us"], log.t_us)
-    yaw_enu_rad = np.unwrap(yaw_ned_to_enu(seen["yaw_ned_rad"][at]))
-    log = log.with_truth(position_enu_m[at], seen["velocity_ned_mps"][at] @ to_home.R_ned_enu, yaw_enu_rad)
-    if isinstance(session, AutoFlight):
-        log = log_along(log, trajectory)
-        captured_s = np.array([picture.time_boot_ms / 1e3 for picture in session.captured if picture.taken])
-        shots = pictures_along(log, captured_s, trajectory)
-    elif inspection.mission.camera.trigger == "none":
-        shots = inspection.flown_shots(trajectory, log.path_t_s, position_enu_m[at], yaw_enu_rad, sortie)
-    else:
-        since_s = log.path_t_s - trajectory.span_s("inspection")[0]
-        pitch_rad = inspection.pitch_on(sortie, since_s)
-        shots = captured_shots(log, session.pictures, position_enu_m[at], yaw_enu_rad, pitch_rad)
-    inspecting = log.on_leg("inspection")
-    tracking_m = np.sqrt(((position_enu_m[at] - log.reference_position_enu_m)[inspecting] ** 2).sum(axis=1))
-    believed_enu_m = _believed_map(inspection, witness.simulator).position_enu_m(seen["believed_ned_m"][at])
-    error_m = believed_enu_m - position_enu_m[at]
-    variance_enu_m2 = seen["variance_ned_m2"][at][:, [1, 0, 2]]
-    nees = (error_m**2 / variance_enu_m2).sum(axis=1) / 3.0
-    return Flight(
-        inspection=inspection,
-        trajectory=trajectory,
-        outcome=outcome,
-        log=log,
-        tlog=tlog,
-        seed=seed,
-        sim_s=sim_s,
-        wall_s=wall_s,
-        rtf=(sim_s - START_UP_US / 1e6) / wall_s,
-        stream=StreamFigures(0, 0.0, 0.0) if isinstance(session, AutoFlight) else session.figures,
-        via="mission" if isinstance(session, AutoFlight) else "stream",
-        tracking_m=tracking_m,
-        clearance_t_s=seen["time_us"] / 1e6,
-        clearance_m=solids.distance_m(position_enu_m),
-        shots=shots,
-        coverage=inspection.coverage_from(shots),
-        estimate_error_m=np.sqrt((error_m[inspecting] ** 2).sum(axis=1)),
-        nees=nees[inspecting],
-        battery_used=1.0 - witness.simulator.report.instruments.battery.remaining,
-    )
-
-
-def _believed_map(inspection: Inspection, simulator: Simulator) -> RigidMap:
-    """From the plan's ENU to the frame that the estimator's positions are in."""
-    origin = simulator.report.origin
-    assert origin is not None, "a flight without an EKF origin"
-    return inspection.site.heights.frame.to_vehicle(
-        GeoPoint(origin.lat_deg, origin.lon_deg, origin.alt_amsl_m)
-    )
+        report = self._simulator.report
+        origin = report.origin
+        assert origin is not None, "a flight without an EKF origin"
+        return Seen(
+            time_us=time_us,
+            position_ned_m=position,
+            velocity_ned_mps=velocity,
+            yaw_ned_rad=np.array([to_yaw(tuple(one)) for one in q.tolist()]),
+            believed_ned_m=believed,
+            variance_ned_m2=variance,
+            believed_origin=GeoPoint(origin.lat_deg, origin.lon_deg, origin.alt_amsl_m),
+            battery_used=1.0 - report.instruments.battery.remaining,
+        )

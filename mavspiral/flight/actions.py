@@ -118,7 +118,8 @@ def routed(s: Situation) -> bool:
     s.trajectory = s.route(home_enu_m)
     s.leg_begins_s = tuple(s.trajectory.span_s(leg.name)[0] for leg in s.trajectory.legs)
     s.reference = Reference.of(s.trajectory, s.to_vehicle)
-    s.reference.led(Pace(), 0.0, 0.0)  # compiled, or loaded, on the ground: in the air it would be late
+    # Compiled, or loaded, on the ground: in the air it would be late.
+    Follower(s.reference, s.config.governor, 0.0).advance(0.0, longest_s=0.0, hold=True)
     east_m, north_m, up_m = home_enu_m
     side = "below the building's ground" if up_m < 0.0 else "above ground"
     where = f"home is {east_m:.1f} m east and {north_m:.1f} m north of the plan's origin, {abs(up_m):.1f} m {side}"

@@ -84,7 +84,6 @@ class AutoFlight:
         self.events: list[Event] = []
         self.captured: list[ImageCaptured] = []
         self.origin: GeoPoint | None = None
-        self._now_us = 0
         self._link = Link(tap)
         self._vehicle, self._clock, self._recorder = Vehicle(), VehicleClock(), Recorder()
         self._profile = profile
@@ -104,7 +103,7 @@ class AutoFlight:
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
-        self._now_us = self._link.now_us = now_us
+        self._link.now_us = now_us
         if not self._begun:
             self._begun = True
             self._entered_us = self._heard_us = now_us
@@ -131,7 +130,7 @@ class AutoFlight:
         return self._recorder.log(frame.to_vehicle(self.origin), legs, tuple(self.events))
 
     def _tell(self, severity: str, text: str) -> None:
-        self.events.append(Event(self._now_us, severity, text))
+        self.events.append(Event(self._link.now_us, severity, text))
 
     def _take_in(self, messages: list[Message]) -> list[Message]:
         for message in messages:
@@ -139,7 +138,7 @@ class AutoFlight:
                 if not isinstance(message, Heartbeat) or message.autopilot != self._profile.autopilot:
                     continue
                 self._link.vehicle = message.system_id, message.component_id
-            self._heard_us = self._now_us
+            self._heard_us = self._link.now_us
             self._vehicle.note(message)
             if isinstance(message, ImageCaptured):
                 self.captured.append(message)
@@ -147,7 +146,7 @@ class AutoFlight:
                 severity = "warning" if message.severity <= _WARNING else "info"
                 self._tell(severity, f"vehicle: {message.text}")
         if self._vehicle.local is not None:
-            self._clock.observe(self._now_us, self._vehicle.local.time_boot_ms)
+            self._clock.observe(self._link.now_us, self._vehicle.local.time_boot_ms)
         return messages
 
     def _turn(self, messages: list[Message]) -> bytes:
@@ -155,7 +154,7 @@ class AutoFlight:
         out = b""
         try:
             if self._upload is not None and not self._upload.done:
-                out += self._upload.step(self._now_us, messages)
+                out += self._upload.step(self._link.now_us, messages)
             while self.outcome is None and _TABLE[self._phase].done(self):
                 self._enter(_TABLE[self._phase].then)
         except MavspiralError as refusal:
@@ -163,13 +162,13 @@ class AutoFlight:
         if self.outcome is not None:
             return out
         row = _TABLE[self._phase]
-        if self._link.vehicle is not None and self._now_us - self._heard_us > _LOST_US:
+        if self._link.vehicle is not None and self._link.now_us - self._heard_us > _LOST_US:
             self._conclude("link lost: nothing comes any more", LinkError.exit_code)
-        elif (self._now_us - self._entered_us) / 1e6 > row.within_s:
+        elif (self._link.now_us - self._entered_us) / 1e6 > row.within_s:
             code = LinkError.exit_code if self._phase is _Phase.CONNECT else LimitError.exit_code
             self._conclude(f"{self._phase.value}: not done after {row.within_s:.0f} s", code)
-        elif self._now_us >= self._asked_us:
-            self._asked_us = self._now_us + _ASK_US
+        elif self._link.now_us >= self._asked_us:
+            self._asked_us = self._link.now_us + _ASK_US
             out += row.ask(self)
         return out
 
@@ -178,7 +177,7 @@ class AutoFlight:
             self._conclude("flown, landed, disarmed", 0)
             return
         self._phase = phase
-        self._entered_us = self._asked_us = self._now_us
+        self._entered_us = self._asked_us = self._link.now_us
         self._tell("info", phase.value)
 
     def _conclude(self, reason: str, exit_code: int) -> None:
@@ -192,7 +191,7 @@ class AutoFlight:
         return self._link.vehicle is not None
 
     def _ask_telemetry(self) -> bytes:
-        return b"".join(self._telemetry.ask(self._now_us, self._link.arrivals, self._link.command))
+        return b"".join(self._telemetry.ask(self._link.now_us, self._link.arrivals, self._link.command))
 
     def _telemetry_flows(self) -> bool:
         return self._telemetry.settled and self._vehicle.local is not None

@@ -10,9 +10,7 @@ mistaken for it.
 
 from __future__ import annotations
 
-from mavspiral.flight.messages import Target
-
-__all__ = ["DRAG_TYPICAL_PER_S", "compensated", "learned_drag"]
+__all__ = ["DRAG_TYPICAL_PER_S", "damped_gain", "learned_drag"]
 
 LEARN_PER_M_S2 = 0.02
 """PX4 lags about 0.6 m for each m/s² that it is not told of: at 5 m/s this learns in 17 s."""
@@ -32,9 +30,6 @@ def learned_drag(drag_per_s: float, lag_m: float, speed_mps: float, dt_s: float)
     return min(max(drag_per_s + LEARN_PER_M_S2 * lag_m * dt_s, 0.0), DRAG_MAX_PER_S)
 
 
-def compensated(target: Target, damping: float, drag_per_s: float) -> Target:
-    """The setpoint with (1 + D)·a + k·v as its horizontal acceleration; the vertical is the thrust loop's own."""
-    gain = 1.0 + min(max(damping, 0.0), DAMPING_MAX)
-    position, velocity, (north, east, down), yaw_ned_rad, yaw_rate_radps = target
-    acceleration = gain * north + drag_per_s * velocity[0], gain * east + drag_per_s * velocity[1], down
-    return Target(position, velocity, acceleration, yaw_ned_rad, yaw_rate_radps)
+def damped_gain(damping: float) -> float:
+    """What an acceleration is multiplied by for a vehicle that takes the share `damping` of it off again: 1 + D."""
+    return 1.0 + min(max(damping, 0.0), DAMPING_MAX)

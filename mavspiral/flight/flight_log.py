@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from array import array
+import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.files import write_with
-from mavspiral.flight.messages import Target
+from mavspiral.flight.messages import Setpoint
 from mavspiral.flight.vehicle import Vehicle
 from mavspiral.frames import RigidMap, yaw_ned_to_enu
 from mavspiral.motion.trajectory import belongs
@@ -24,6 +24,7 @@ NO_LEG = -1
 ROW_N = 19
 """Numbers in a row of `Recorder`: two clocks, leg, pace (2), the reference's and the estimate's position, velocity, yaw."""
 
+_PACKED = struct.Struct(f"<{ROW_N}d").pack
 _NOTHING = (np.nan,) * 7
 _NOWHERE = (np.nan,) * 6
 
@@ -124,7 +125,7 @@ class Recorder:
     """Takes rows as they happen, in the vehicle's frame, at about a microsecond each."""
 
     def __init__(self) -> None:
-        self._rows = array("d")
+        self._rows = bytearray()
 
     def row(
         self,
@@ -132,23 +133,21 @@ class Recorder:
         vehicle_us: float,
         leg: int,
         pace: tuple[float, float],
-        target: Target | None,
+        due: Setpoint | None,
         vehicle: Vehicle,
     ) -> None:
         """Note path time and its rate, the reference and the vehicle's estimate at this moment."""
-        wanted = (
-            (*target.position_ned_m, *target.velocity_ned_mps, target.yaw_ned_rad) if target else _NOTHING
-        )
+        wanted = (*due[:6], due[9]) if due else _NOTHING
         believed = vehicle.local[1:7] if vehicle.local else _NOWHERE
-        self._rows.extend((now_us, vehicle_us, leg, *pace, *wanted, *believed, vehicle.yaw_ned_rad))
+        self._rows += _PACKED(now_us, vehicle_us, leg, *pace, *wanted, *believed, vehicle.yaw_ned_rad)
 
     def since(self, row: int) -> bytes:
-        """The rows from number `row` on, as little-endian doubles on the machines that we know."""
-        return self._rows[row * ROW_N :].tobytes()
+        """The rows from number `row` on, as little-endian doubles."""
+        return bytes(self._rows[8 * ROW_N * row :])
 
     def log(self, to_vehicle: RigidMap, legs: tuple[str, ...], events: tuple[Event, ...]) -> FlightLog:
         """All rows so far, in the frame that `to_vehicle` comes from."""
-        return log_of_rows(np.array(self._rows).reshape(-1, ROW_N), to_vehicle, legs, events)
+        return log_of_rows(np.frombuffer(self.since(0)).reshape(-1, ROW_N), to_vehicle, legs, events)
 
 
 def log_of_rows(
@@ -185,7 +184,10 @@ class TlogWriter:
     def __init__(self, put: Callable[[bytes], object], epoch_us: int = 0) -> None:
         self._put = put
         self._epoch_us = epoch_us
+        self._stamped_us, self._stamp = -1, b""
 
     def write(self, now_us: int, frame: bytes) -> None:
         """Append one packet."""
-        self._put((now_us + self._epoch_us).to_bytes(8, "big") + frame)
+        if now_us != self._stamped_us:
+            self._stamped_us, self._stamp = now_us, (now_us + self._epoch_us).to_bytes(8, "big")
+        self._put(self._stamp + frame)

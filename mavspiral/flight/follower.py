@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from operator import sub
 
-from mavspiral.flight.feedforward import DRAG_TYPICAL_PER_S, compensated, learned_drag
-from mavspiral.flight.governor import GovernorLimits, Pace, advance, wanted_rate
-from mavspiral.flight.messages import Target, Triple
+from mavspiral.flight.feedforward import DRAG_TYPICAL_PER_S, damped_gain, learned_drag
+from mavspiral.flight.governor import GovernorLimits, Pace
+from mavspiral.flight.messages import Setpoint, Triple
 from mavspiral.flight.reference import Reference
+from mavspiral.flight.steering import PACE_N, SETPOINT_N, setpoint_at, steered
 
 __all__ = ["Follower"]
 
@@ -28,7 +28,7 @@ class Follower:
         pace: the path time and its rate to begin with.
 
     Attributes:
-        due: where the vehicle is meant to be by now: the reference without the lead.
+        due: where the vehicle is meant to be by now, as a setpoint: the reference without the lead.
         error_m: how far it was from there when it was last heard, `below_m` of it down, on a path that climbs with `climb_mps`.
     """
 
@@ -47,39 +47,46 @@ class Follower:
     ) -> None:
         self.reference = reference
         self.pace = pace or Pace()
+        self._duration_s = reference.duration_s
         self.error_m = 0.0
         self.below_m = self.climb_mps = 0.0
-        self._limits = limits
-        self._leads_s = lead_s, tilt_lead_s, turn_lead_s
-        self._damping = damping
+        self._governor = limits.slow_m, limits.stop_m
+        self._changes_mps2 = limits.brake_mps2, limits.recover_mps2
+        self._ways = (
+            lead_s,
+            tilt_lead_s,
+            lead_s if turn_lead_s is None else turn_lead_s,
+            damped_gain(damping),
+        )
         self._vehicle_us = vehicle_us
         self._speed_mps = 0.0
         self._heard_us = vehicle_us
         self._feels_drag = feels_drag
         self.drag_per_s = DRAG_TYPICAL_PER_S if feels_drag else 0.0
-        self.due = reference.at(*self.pace)
+        self.due: Setpoint = setpoint_at(reference.coefficients, reference.knot_s, *self.pace)
 
     @property
     def finished(self) -> bool:
         """Whether path time has reached the end."""
-        return self.pace.path_t_s >= self.reference.duration_s
+        return self.pace.path_t_s >= self._duration_s
 
     def heard(self, vehicle_us: float, position_ned_m: Triple) -> None:
         """Take in where the vehicle was at `vehicle_us`, and how far that was from the reference then."""
         ago_s = (self._vehicle_us - vehicle_us) * 1e-6
         pace = self.pace
-        meant, velocity, *_ = self.reference.at(pace.path_t_s - pace.rate * ago_s)
+        there = self.reference.on_time(pace.path_t_s - pace.rate * ago_s)
+        meant, velocity = there[0:3], there[3:6]
         self.error_m = math.dist(meant, position_ned_m)
         self.below_m, self.climb_mps = position_ned_m[2] - meant[2], -velocity[2]
         self._speed_mps = math.hypot(*velocity)
         dt_s, self._heard_us = (vehicle_us - self._heard_us) * 1e-6, vehicle_us
         if self._feels_drag and pace.rate == 1.0 and self._speed_mps > 0.0:
-            off_n, off_e, off_d = map(sub, meant, position_ned_m)
-            v_n, v_e, v_d = velocity
-            lag_m = (off_n * v_n + off_e * v_e + off_d * v_d) / self._speed_mps
+            n, e, d, v_n, v_e, v_d = there[0:6]
+            is_n, is_e, is_d = position_ned_m
+            lag_m = ((n - is_n) * v_n + (e - is_e) * v_e + (d - is_d) * v_d) / self._speed_mps
             self.drag_per_s = learned_drag(self.drag_per_s, lag_m, self._speed_mps, dt_s)
 
-    def advance(self, vehicle_us: float, *, longest_s: float, hold: bool) -> Target:
+    def advance(self, vehicle_us: float, *, longest_s: float, hold: bool) -> Setpoint:
         """Move path time on to `vehicle_us` and return the setpoint there.
 
         Args:
@@ -90,7 +97,19 @@ class Follower:
         dt_s = min((vehicle_us - self._vehicle_us) * 1e-6, longest_s)
         if dt_s > 0 or dt_s < -1.0:
             self._vehicle_us = vehicle_us
-        wanted = 0.0 if hold else wanted_rate(self.error_m, self._limits)
-        self.pace = advance(self.pace, dt_s, wanted, self._speed_mps, self._limits)
-        self.due, target = self.reference.led(self.pace, *self._leads_s)
-        return compensated(target, self._damping, self.drag_per_s)
+        numbers = steered(
+            self.reference.coefficients,
+            self.reference.knot_s,
+            *self.pace,
+            dt_s,
+            math.inf if hold else self.error_m,
+            *self._governor,
+            self._speed_mps,
+            *self._changes_mps2,
+            *self._ways,
+            self.drag_per_s,
+        )
+        self.pace = Pace._make(numbers[:PACE_N])
+        self.due = numbers[PACE_N : PACE_N + SETPOINT_N]
+        setpoint: Setpoint = numbers[PACE_N + SETPOINT_N :]
+        return setpoint

@@ -1,4 +1,4 @@
-"""How fast path time runs. A `Pace` is where it stands; `advance` moves it on by some of the vehicle's time.
+"""How fast path time runs. A `Pace` is where it stands; `steering` moves it on by some of the vehicle's time.
 
 Path time follows the vehicle's clock at rate 1 while the vehicle keeps up, slower as it falls behind, and not
 at all before the error has eaten the clearance reserve. It never runs backwards and never faster than the
@@ -10,9 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-__all__ = ["GovernorLimits", "Pace", "advance", "wanted_rate"]
-
-_SLOWEST_MPS = 0.5  # below this speed any change of rate is gentle
+__all__ = ["GovernorLimits", "Pace"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +31,16 @@ class GovernorLimits:
     brake_mps2: float = 3.0
     recover_mps2: float = 1.0
 
+    @property
+    def slow_m(self) -> float:
+        """The position error up to which the pace is full."""
+        return self.slow_at * self.reserve_m
+
+    @property
+    def stop_m(self) -> float:
+        """The position error from which path time stands still."""
+        return self.stop_at * self.reserve_m
+
 
 class Pace(NamedTuple):
     """Path time, its rate in path seconds per vehicle second, and how that rate changes."""
@@ -40,29 +48,3 @@ class Pace(NamedTuple):
     path_t_s: float = 0.0
     rate: float = 1.0
     rate_change_per_s: float = 0.0
-
-
-def wanted_rate(error_m: float, limits: GovernorLimits) -> float:
-    """The rate to aim for with a position error of `error_m`: 1 when small, 0 from `stop_at` on."""
-    slow_m, stop_m = limits.slow_at * limits.reserve_m, limits.stop_at * limits.reserve_m
-    return min(1.0, max(0.0, (stop_m - error_m) / (stop_m - slow_m)))
-
-
-def advance(pace: Pace, dt_s: float, wanted: float, speed_mps: float, limits: GovernorLimits) -> Pace:
-    """`pace` after `dt_s` of the vehicle's time, drawn towards the rate `wanted`.
-
-    Args:
-        pace: where path time stands.
-        dt_s: the vehicle's time that has passed; nothing changes unless it is positive.
-        wanted: the rate to aim for, in [0, 1].
-        speed_mps: the reference's speed here at rate 1, by which braking is turned into a change of rate.
-        limits: how hard the rate may change.
-    """
-    if dt_s <= 0:
-        return pace
-    scale = dt_s / max(speed_mps, _SLOWEST_MPS)
-    if wanted < pace.rate:
-        rate = max(wanted, pace.rate - limits.brake_mps2 * scale)
-    else:
-        rate = min(wanted, pace.rate + limits.recover_mps2 * scale)
-    return Pace(pace.path_t_s + dt_s * (pace.rate + rate) / 2, rate, (rate - pace.rate) / dt_s)

@@ -12,8 +12,9 @@ from collections.abc import Callable
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from mavspiral.flight.decoding import CHECKSUM_N, UNCHECKED, Decoder, crc, header
-from mavspiral.flight.messages import Command, CommandAck, Heartbeat, ImageCaptured, Message, Target
+from mavspiral.flight.decoding import sender
+from mavspiral.flight.framing import CHECKSUM_N, Decoder, crc
+from mavspiral.flight.messages import Command, CommandAck, Heartbeat, ImageCaptured, Message, Setpoint
 from mavspiral.flight.mission_messages import MissionItem
 from mavspiral.flight.signing import SIGNED, Signer
 
@@ -24,6 +25,8 @@ COMPONENT_ID = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
 LATE_N = 32  # a sequence number this far behind the newest was overtaken; further behind, many were lost
 
 _SETPOINT = mavlink.MAVLink_set_position_target_local_ned_message
+_SETPOINT_PACK = _SETPOINT.unpacker.pack
+_SETPOINT_EXTRA = bytes((_SETPOINT.crc_extra,))
 
 
 class Link:
@@ -51,27 +54,30 @@ class Link:
     def receive(self, data: bytes) -> list[Message]:
         """The messages that `data` completes. Garbage is counted and skipped."""
         messages: list[Message] = []
-        for frame, value in self._decoder.frames(data):
+        for frame, kind in self._decoder.frames(data):
             if self._tap is not None:
                 self._tap(self.now_us, frame)
             if self._signer is not None and not self._signer.accepts(frame):
                 continue
-            if value is UNCHECKED:
+            if kind is None:
                 continue
-            message_id, system_id, component_id, seq = header(frame)
+            seq, system_id, component_id = sender(frame)
             if self.vehicle is None:
-                if isinstance(value, Heartbeat):
+                if isinstance(value := kind.value(frame), Heartbeat):
                     messages.append(value)
-                continue
-            if (system_id, component_id) != self.vehicle:
-                if system_id == self.vehicle[0] and isinstance(value, (CommandAck, ImageCaptured)):
-                    messages.append(value)  # its camera's
-                continue
-            if self._is_late(seq):
-                continue
-            self.arrivals[message_id] += 1
-            if value is not None:
-                messages.append(value)  # type: ignore[arg-type]
+            elif (system_id, component_id) == self.vehicle:
+                newest = self._newest_seq
+                if newest is not None and (newest - seq) % 256 < LATE_N:
+                    self.late_n += 1
+                    continue
+                self._newest_seq = seq
+                self.arrivals[kind.message_id] += 1
+                if (value := kind.value(frame)) is not None:
+                    messages.append(value)
+            elif system_id == self.vehicle[0] and isinstance(
+                value := kind.value(frame), (CommandAck, ImageCaptured)
+            ):
+                messages.append(value)  # its camera's
         return messages
 
     def heartbeat(self) -> bytes:
@@ -146,15 +152,13 @@ class Link:
         """A MISSION_ACK: all items of a download have come."""
         return self._pack(mavlink.MAVLink_mission_ack_message(*self._addressee, 0, kind))
 
-    def setpoint(self, time_boot_ms: int, target: Target, *, type_mask: int, coordinate_frame: int) -> bytes:
+    def setpoint(
+        self, time_boot_ms: int, setpoint: Setpoint, *, type_mask: int, coordinate_frame: int
+    ) -> bytes:
         """A SET_POSITION_TARGET_LOCAL_NED, packed straight from the dialect's own format."""
-        payload = _SETPOINT.unpacker.pack(
+        payload = _SETPOINT_PACK(
             time_boot_ms & 0xFFFFFFFF,
-            *target.position_ned_m,
-            *target.velocity_ned_mps,
-            *target.acceleration_ned_mps2,
-            target.yaw_ned_rad,
-            target.yaw_rate_ned_radps,
+            *setpoint,
             type_mask,
             *self._addressee,
             coordinate_frame,
@@ -162,7 +166,7 @@ class Link:
         body = bytes((len(payload), 0, 0, self._packer.seq, SYSTEM_ID, COMPONENT_ID, _SETPOINT.id, 0, 0)) + (
             payload or b"\0"
         )
-        checksum = crc(body + bytes((_SETPOINT.crc_extra,)), 0xFFFF).to_bytes(CHECKSUM_N, "little")
+        checksum = crc(body + _SETPOINT_EXTRA, 0xFFFF).to_bytes(CHECKSUM_N, "little")
         return self._sent(b"\xfd" + body + checksum)
 
     @property
@@ -181,13 +185,6 @@ class Link:
             raise RuntimeError("no vehicle to address: set `vehicle` from its heartbeat first")
         return self.vehicle
 
-    def _is_late(self, seq: int) -> bool:
-        if self._newest_seq is not None and (self._newest_seq - seq) % 256 < LATE_N:
-            self.late_n += 1
-            return True
-        self._newest_seq = seq
-        return False
-
     def _pack(self, message: mavlink.MAVLink_message) -> bytes:
         return self._sent(message.pack(self._packer))
 
@@ -203,6 +200,6 @@ class Link:
 def _flagged(frame: bytes) -> bytes:
     """A MAVLink 2 frame of ours that says that it is signed; its signature is still to come."""
     body = frame[1:2] + bytes((SIGNED,)) + frame[3:-CHECKSUM_N]
-    crc_extra = mavlink.mavlink_map[header(frame)[0]].crc_extra
+    crc_extra = mavlink.mavlink_map[int.from_bytes(frame[7:10], "little")].crc_extra
     checksum: int = mavlink.x25crc(body + bytes((crc_extra,))).crc
     return frame[:1] + body + checksum.to_bytes(CHECKSUM_N, "little")

@@ -30,6 +30,7 @@ __all__ = [
     "Origin",
     "ParamValue",
     "Result",
+    "Setpoint",
     "StatusText",
     "SysStatus",
     "SystemStatus",
@@ -39,6 +40,8 @@ __all__ = [
 ]
 
 Triple = tuple[float, float, float]
+Setpoint = tuple[float, float, float, float, float, float, float, float, float, float, float]
+"""A `Target` in its order on the wire: position, velocity and acceleration (north, east, down), yaw, yaw rate."""
 
 
 class MessageId(IntEnum):
@@ -137,6 +140,11 @@ class Target(NamedTuple):
     acceleration_ned_mps2: Triple
     yaw_ned_rad: float
     yaw_rate_ned_radps: float
+
+    @classmethod
+    def of(cls, setpoint: Setpoint) -> Target:
+        """The same by name."""
+        return cls(setpoint[0:3], setpoint[3:6], setpoint[6:9], setpoint[9], setpoint[10])
 
 
 class Heartbeat(NamedTuple):

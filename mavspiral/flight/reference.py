@@ -3,22 +3,18 @@
 Between knots each of north, east, down and yaw is the quintic that has the value, the rate and the
 acceleration of both knots (quintic Hermite), so the reference is C² and equals the trajectory at every knot.
 One quintic from rest to rest is also the minimum-jerk move (Flash and Hogan 1985): `Reference.move`.
-
-A path time that runs at `rate` r stretches the motion: velocity r·v, acceleration r²·a + ṙ·v.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numba import njit
 
 from mavspiral.arrays import FloatArray, locked
-from mavspiral.flight.governor import Pace
-from mavspiral.flight.messages import Target, Triple
+from mavspiral.flight.messages import Setpoint, Target, Triple
+from mavspiral.flight.steering import setpoint_at
 from mavspiral.frames import RigidMap, wrap_rad, yaw_enu_to_ned
 from mavspiral.motion.trajectory import Trajectory
 
@@ -26,8 +22,6 @@ __all__ = ["Extremes", "Reference", "braking_s"]
 
 KNOTS_S = 0.02
 BRAKE_MPS2 = 3.0
-_TAU = 2 * math.pi
-Eleven = tuple[float, float, float, float, float, float, float, float, float, float, float]
 # Power coefficients of the quintic on [0, 1] whose ends are p0, v0, a0, p1, v1, a1.
 _HERMITE = np.array(
     [
@@ -60,13 +54,14 @@ class Reference:
         values: north, east, down in metres and yaw_ned in radians (unwrapped) at the knots, `(n, 4)`.
         rates: their first derivatives.
         accelerations: their second derivatives.
+        coefficients: of the powers of each quintic on [0, 1], `(n - 1, 4, 6)`; made of the others.
     """
 
     knot_s: float
     values: FloatArray
     rates: FloatArray
     accelerations: FloatArray
-    _coefficients: FloatArray
+    coefficients: FloatArray
 
     def __init__(
         self, knot_s: float, values: FloatArray, rates: FloatArray, accelerations: FloatArray
@@ -80,7 +75,7 @@ class Reference:
         both = np.concatenate([ends[:, :-1], ends[:, 1:]])  # (6, n-1, 4)
         # Contiguous, long or short: numba compiles for each layout.
         powers = np.ascontiguousarray(np.einsum("cd,dna->nac", _HERMITE, both))
-        assign(self, "_coefficients", locked(powers, shape=(len(values) - 1, 4, 6), name="coefficients"))
+        assign(self, "coefficients", locked(powers, shape=(len(values) - 1, 4, 6), name="coefficients"))
 
     @classmethod
     def of(cls, trajectory: Trajectory, to_vehicle: RigidMap) -> Reference:
@@ -136,28 +131,16 @@ class Reference:
     @property
     def duration_s(self) -> float:
         """Time from the first knot to the last."""
-        return self.knot_s * len(self._coefficients)
+        return self.knot_s * len(self.coefficients)
 
     def at(self, t_s: float, rate: float = 1.0, rate_change_per_s: float = 0.0) -> Target:
         """The setpoint at path time `t_s`, when path time runs at `rate`, which itself changes."""
-        n, e, d, vn, ve, vd, an, ae, ad, yaw, yaw_rate = _at(
-            self._coefficients, self.knot_s, t_s, rate, rate_change_per_s
-        )
-        return Target((n, e, d), (vn, ve, vd), (an, ae, ad), yaw, yaw_rate)
+        return Target.of(setpoint_at(self.coefficients, self.knot_s, t_s, rate, rate_change_per_s))
 
-    def led(
-        self, pace: Pace, lead_s: float, tilt_lead_s: float, turn_lead_s: float | None = None
-    ) -> tuple[Target, Target]:
-        """The setpoint at `pace`, and the one `lead_s` of the vehicle's time later.
-
-        The latter has the acceleration of `tilt_lead_s` later, and the yaw rate of `turn_lead_s` later.
-        """
-        turn_s = lead_s if turn_lead_s is None else turn_lead_s
-        v = _led(self._coefficients, self.knot_s, *pace, lead_s, tilt_lead_s, turn_s)
-        return (
-            Target(v[0:3], v[3:6], v[6:9], v[9], v[10]),
-            Target(v[11:14], v[14:17], v[17:20], v[20], v[21]),
-        )
+    def on_time(self, t_s: float) -> Setpoint:
+        """The setpoint at path time `t_s`, when path time runs at rate 1."""
+        setpoint: Setpoint = setpoint_at(self.coefficients, self.knot_s, t_s, 1.0, 0.0)
+        return setpoint
 
     def extremes(self) -> Extremes:
         """The largest speeds and the largest horizontal acceleration at the knots."""
@@ -174,42 +157,3 @@ class Reference:
 def braking_s(velocity_ned_mps: Triple) -> float:
     """How long a smooth step from that velocity to rest takes; it goes on for half of it at that velocity, as it were."""
     return 1.5 * math.hypot(*velocity_ned_mps) / BRAKE_MPS2
-
-
-@njit(cache=True)
-def _at(c: FloatArray, knot_s: float, t_s: float, rate: float, rate_change_per_s: float) -> Eleven:
-    """Position, velocity, acceleration, yaw and yaw rate from the table `c` (n, 4, 6) of power coefficients."""
-    x = min(max(t_s / knot_s, 0.0), float(len(c)))
-    row = min(int(x), len(c) - 1)
-    s = x - row
-    r1 = rate / knot_s
-    r2, rr = r1 * r1, rate_change_per_s / knot_s
-    value, slope, bend = np.empty(4), np.empty(4), np.empty(4)
-    for i in range(4):
-        k = c[row, i]
-        value[i] = ((((k[5] * s + k[4]) * s + k[3]) * s + k[2]) * s + k[1]) * s + k[0]
-        first = (((5.0 * k[5] * s + 4.0 * k[4]) * s + 3.0 * k[3]) * s + 2.0 * k[2]) * s + k[1]
-        second = ((20.0 * k[5] * s + 12.0 * k[4]) * s + 6.0 * k[3]) * s + 2.0 * k[2]
-        slope[i], bend[i] = r1 * first, r2 * second + rr * first
-    yaw = (value[3] + math.pi) % _TAU - math.pi
-    p, v, a = value, slope, bend
-    return p[0], p[1], p[2], v[0], v[1], v[2], a[0], a[1], a[2], yaw, v[3]
-
-
-@njit(cache=True)
-def _led(
-    c: FloatArray,
-    knot_s: float,
-    t_s: float,
-    rate: float,
-    rate_change_per_s: float,
-    lead_s: float,
-    tilt_lead_s: float,
-    turn_lead_s: float,
-) -> tuple[Any, ...]:
-    now = _at(c, knot_s, t_s, rate, rate_change_per_s)
-    later = _at(c, knot_s, t_s + rate * lead_s, rate, rate_change_per_s)
-    tilting = _at(c, knot_s, t_s + rate * tilt_lead_s, rate, rate_change_per_s)
-    turning = _at(c, knot_s, t_s + rate * turn_lead_s, rate, rate_change_per_s)
-    both: tuple[Any, ...] = now + later[:6] + tilting[6:9] + later[9:10] + turning[10:]
-    return both

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import LimitError, LinkError, MavspiralError
@@ -20,7 +21,19 @@ from mavspiral.flight.energy import Battery
 from mavspiral.flight.failsafes import left_as_set
 from mavspiral.flight.flight_log import Event, FlightLog
 from mavspiral.flight.link import Link
-from mavspiral.flight.messages import Command, Heartbeat, Message, MessageId, Origin, StatusText, SystemStatus
+from mavspiral.flight.messages import (
+    Command,
+    CommandAck,
+    GpsFix,
+    Heartbeat,
+    ImageCaptured,
+    LocalPosition,
+    Message,
+    MessageId,
+    Origin,
+    StatusText,
+    SystemStatus,
+)
 from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.px4 import PX4
@@ -92,6 +105,13 @@ class Session:
         self._battery = Battery()
         self._doubts = Doubts(config.governor.reserve_m)
         self._sinking = Sinking()
+        self._listeners: dict[type, Callable[[Any], None]] = {
+            LocalPosition: self._doubts.heard,
+            GpsFix: self._doubts.heard,
+            StatusText: self._hear_text,
+        }
+        if self._shutter is not None:
+            self._listeners |= {ImageCaptured: self._shutter.heard, CommandAck: self._shutter.heard}
         self._begun = False
         self._out: list[bytes] = []
         self._told_n = 0
@@ -243,12 +263,8 @@ class Session:
                 s.telemetry = TelemetryRequest(s.profile)
             self._heard_us = s.now_us
             s.vehicle.note(message)
-            self._doubts.heard(message)
-            if self._shutter is not None:
-                self._shutter.heard(message)
-            if isinstance(message, StatusText) and message != self._said:
-                self._said = message
-                s.tell("warning" if message.severity <= _WARNING else "info", f"vehicle: {message.text}")
+            if (listener := self._listeners.get(message.__class__)) is not None:
+                listener(message)
         local = s.vehicle.local
         if local is None or local is local_before:
             return
@@ -257,12 +273,18 @@ class Session:
         if s.follower is not None:
             s.follower.heard(local.time_boot_ms * 1000.0, s.vehicle.position_ned_m)
 
+    def _hear_text(self, said: StatusText) -> None:
+        if said != self._said:
+            self._said = said
+            self._s.tell("warning" if said.severity <= _WARNING else "info", f"vehicle: {said.text}")
+
     def _watch(self) -> None:
-        silence_s = (self._s.now_us - self._heard_us) * 1e-6
-        if self._s.link.vehicle is not None and silence_s > self._s.config.lost_after_s:
+        s = self._s
+        silence_s = (s.now_us - self._heard_us) * 1e-6
+        if silence_s > s.config.lost_after_s and s.link.vehicle is not None:
             self._conclude(f"link lost: nothing came for {silence_s:.0f} s", LinkError.exit_code)
             return
-        beat = self._s.vehicle.heartbeat
+        beat = s.vehicle.heartbeat
         if self._row.modes is None or beat is None:
             return
         if not beat.armed:
@@ -274,11 +296,13 @@ class Session:
         elif self._mode_reached or beat.custom_mode != self._entry_mode:
             self._hands_off(beat)
             return
-        self._watch_origin()
+        if s.vehicle.origin != s.origin or s.now_us >= self._origin_requests.due_us:
+            self._watch_origin()
         self._watch_position()
         self._watch_height()
         self._watch_following()
-        self._watch_battery()
+        if s.now_us >= self._battery_looks.due_us:
+            self._watch_battery()
 
     def _watch_origin(self) -> None:
         s = self._s
@@ -385,7 +409,7 @@ class Session:
                 self._conclude(str(refusal), refusal.exit_code)
             else:
                 self._give_up(f"{refusal}; landing", State.LAND)
-        if self.outcome is None and s.elapsed_s > self._row.within_s:
+        if self.outcome is None and (s.now_us - s.entered_us) * 1e-6 > self._row.within_s:
             self._too_late(self._row)
         ask = self._row.ask
         if self.outcome is None and ask is not None and s.now_us >= self._ask_due_us:

@@ -115,7 +115,8 @@ class Shutter:
         if self._orders.trigger == "distance":
             told = self._by_distance(on_it and self._due_s[0] <= path_t_s <= self._due_s[-1])
         elif self._orders.trigger != "none":
-            told = self._again()
+            if self._open:
+                told = self._again()
             if on_it and self.commanded_n < len(self._due_s) and path_t_s >= self._due_s[self.commanded_n]:
                 told += self._shoot(self.commanded_n)
                 self.commanded_n += 1
@@ -166,7 +167,7 @@ class Shutter:
         return self._commanded(shot)
 
     def _again(self) -> bytes:
-        if self._orders.trigger == "digicam" or not self._open:
+        if self._orders.trigger == "digicam":
             return b""
         self._settle()
         if not self._open:

@@ -6,7 +6,7 @@ import bisect
 import math
 
 from mavspiral.flight.flight_log import NO_LEG, Recorder
-from mavspiral.flight.messages import Target
+from mavspiral.flight.follower import Follower
 from mavspiral.flight.schedule import Schedule
 from mavspiral.flight.situation import Situation
 
@@ -40,37 +40,32 @@ class Streamer:
             return b""
         fresh = s.now_us - s.local_us < _FRESH_US
         longest_s = _LONGEST_ADVANCE_S * max(1.0, s.clock.rate)
-        target = follower.advance(vehicle_us, longest_s=longest_s, hold=not (fresh and moves))
-        self._tell_leg()
-        self._tell_pace(moves)
-        pace = (s.path_t_s, follower.pace.rate)
+        setpoint = follower.advance(vehicle_us, longest_s=longest_s, hold=not (fresh and moves))
+        path_t_s = s.path_t_s
+        self._tell_leg(path_t_s)
+        if moves:
+            self._tell_pace(follower)
+        pace = path_t_s, follower.pace.rate
         self.recorder.row(s.now_us, vehicle_us, self._leg, pace, follower.due, s.vehicle)
-        return self._packed(target, vehicle_us)
-
-    def _packed(self, target: Target, vehicle_us: float) -> bytes:
-        s = self._s
         if (gap_s := self.schedule.sent(s.now_us)) > _STALL_S:
             s.tell("warning", f"no setpoint went out for {gap_s:.2f} s")
         return s.link.setpoint(
             int(vehicle_us / 1000),
-            target,
+            setpoint,
             type_mask=s.profile.type_mask,
             coordinate_frame=s.profile.coordinate_frame,
         )
 
-    def _tell_leg(self) -> None:
+    def _tell_leg(self, path_t_s: float) -> None:
         s = self._s
-        if s.trajectory is None or math.isnan(s.path_t_s):
+        if s.trajectory is None or path_t_s != path_t_s:  # NaN: off the trajectory
             return
-        leg = bisect.bisect_right(s.leg_begins_s, s.path_t_s) - 1
+        leg = bisect.bisect_right(s.leg_begins_s, path_t_s) - 1
         if leg != self._leg:
             self._leg = leg
             s.tell("info", f"leg {s.trajectory.legs[leg].name}")
 
-    def _tell_pace(self, moves: bool) -> None:
-        follower = self._s.follower
-        if follower is None or not moves:
-            return
+    def _tell_pace(self, follower: Follower) -> None:
         if not self._stands and follower.pace.rate == 0.0:
             self._stands = True
             self._s.tell("warning", f"waiting: the vehicle is {follower.error_m:.1f} m off, or is not heard")

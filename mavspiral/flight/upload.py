@@ -48,7 +48,6 @@ class Upload:
         self.outcome: Outcome | None = None
         self.differences: tuple[str, ...] = ()
         self._lists, self._firmware = lists, firmware
-        self._now_us = 0
         self._link = Link(tap, signer)
         self._upload: PlanUpload | None = None
         self._heartbeats = Schedule(_HEARTBEAT_US)
@@ -57,7 +56,7 @@ class Upload:
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
-        self._now_us = self._link.now_us = now_us
+        self._link.now_us = now_us
         if self._begun_us is None:
             self._begun_us = now_us
             self._heartbeats.start(now_us)
@@ -81,9 +80,9 @@ class Upload:
         return Step(out, min(now_us + _TICK_US, self._heartbeats.due_us), self._progress(self._begun_us))
 
     def _progress(self, begun_us: int) -> tuple[Event, ...]:
-        if self._upload is None or self.outcome is not None or not self._told.take(self._now_us):
+        if self._upload is None or self.outcome is not None or not self._told.take(self._link.now_us):
             return ()
-        return (Event(self._now_us - begun_us, "info", self._upload.progress),)
+        return (Event(self._link.now_us - begun_us, "info", self._upload.progress),)
 
     def stop(self) -> None:
         """Ends it: what has not been sent stays unsent."""

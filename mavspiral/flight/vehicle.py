@@ -25,7 +25,6 @@ from mavspiral.flight.messages import (
 __all__ = ["Vehicle"]
 
 _SLOTS: dict[type, str] = {
-    LocalPosition: "local",
     Attitude: "attitude",
     Heartbeat: "heartbeat",
     Origin: "origin",
@@ -55,10 +54,10 @@ class Vehicle:
 
     def note(self, message: Message) -> None:
         """Remember `message` in place of the one before."""
-        slot = _SLOTS.get(message.__class__)
-        if slot is not None:
-            if isinstance(message, LocalPosition) and not all(map(math.isfinite, message)):
-                return
+        if isinstance(message, LocalPosition):
+            if math.isfinite(sum(message)):
+                self.local = message
+        elif (slot := _SLOTS.get(message.__class__)) is not None:
             setattr(self, slot, message)
         elif isinstance(message, CommandAck):
             self.results[message.command] = message.result

@@ -11,7 +11,9 @@ from __future__ import annotations
 __all__ = ["VehicleClock"]
 
 _MEMORY_N = 100
-_JUMP_S = 1.0
+_JUMP_US = 1e6
+_GAINS = [(min(1.0, 2 * (2 * n - 1) / (n * (n + 1))), 6 / (n * (n + 1))) for n in range(1, _MEMORY_N + 1)]
+"""Alpha and beta of the n-th observation, from 1 on."""
 
 
 class VehicleClock:
@@ -33,17 +35,17 @@ class VehicleClock:
         """Take in that the vehicle's clock showed `time_boot_ms` in a message that came at `now_us`."""
         heard_us = time_boot_ms * 1000.0
         elapsed_us = now_us - self._now_us
-        error_us = heard_us - self.at(now_us)
-        if self._n == 0 or abs(error_us) > _JUMP_S * 1e6 * max(1.0, self.rate):
+        expected_us = self.at(now_us)
+        error_us = heard_us - expected_us
+        if self._n == 0 or abs(error_us) > _JUMP_US * max(1.0, self.rate):
             self._n, self._now_us, self._vehicle_us, self._interval_us = 1, now_us, heard_us, 0.0
             return
         if elapsed_us <= 0:
             return
         self._n = n = min(self._n + 1, _MEMORY_N)
-        alpha = 2 * (2 * n - 1) / (n * (n + 1))
-        beta = 6 / (n * (n + 1))
+        alpha, beta = _GAINS[n - 1]
         self._interval_us += (elapsed_us - self._interval_us) / (n - 1)
-        self._vehicle_us = self.at(now_us) + min(1.0, alpha) * error_us
+        self._vehicle_us = expected_us + alpha * error_us
         self._now_us = now_us
         self.rate = max(0.01, self.rate + beta * error_us / self._interval_us)
 

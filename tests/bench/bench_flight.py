@@ -84,7 +84,7 @@ def main():
     link.vehicle = (1, 1)
     to_vehicle = LocalFrame(PLAN_ORIGIN).to_vehicle(GeoPoint(*VEHICLE_ORIGIN))
     reference = Reference.of(make_trajectory(np.array([12.0, -31.0, -3.0])), to_vehicle)
-    target = reference.at(50.0)
+    setpoint = reference.on_time(50.0)
     mav = mavlink.MAVLink(None, 1, 1)
     positions = []
     for _ in range(256):
@@ -92,7 +92,7 @@ def main():
         mav.seq = (mav.seq + 1) % 256
     cycle = iter(positions * 400)
     print(f"reference.at              {per_call_us(lambda: reference.at(50.01)):6.2f} µs")
-    pack_us = per_call_us(lambda: link.setpoint(1, target, type_mask=0, coordinate_frame=1))
+    pack_us = per_call_us(lambda: link.setpoint(1, setpoint, type_mask=0, coordinate_frame=1))
     print(f"link.setpoint             {pack_us:6.2f} µs")
     print(f"link.receive(position)    {per_call_us(lambda: link.receive(next(cycle))):6.2f} µs")
     step_us = min(bench_step() for _ in range(3))

@@ -6,25 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mavspiral.flight.feedforward import DRAG_MAX_PER_S, compensated, learned_drag
-from mavspiral.flight.messages import Target
-
-TARGET = Target((1.0, 2.0, 3.0), (4.0, -2.0, 1.0), (0.5, 1.0, -0.2), 0.3, 0.1)
+from mavspiral.flight.feedforward import DRAG_MAX_PER_S, damped_gain, learned_drag
 
 
-def test_damping_and_drag_act_on_the_horizontal_alone():
-    out = compensated(TARGET, damping=0.2, drag_per_s=0.1)
-    assert out.acceleration_ned_mps2 == pytest.approx((1.2 * 0.5 + 0.4, 1.2 * 1.0 - 0.2, -0.2))
-    assert out._replace(acceleration_ned_mps2=TARGET.acceleration_ned_mps2) == TARGET
-
-
-def test_without_either_a_setpoint_stays_what_it_is():
-    assert compensated(TARGET, 0.0, 0.0) == TARGET
-
-
-def test_an_absurd_damping_is_bounded():
-    assert compensated(TARGET, 50.0, 0.0).acceleration_ned_mps2[0] <= 0.75 + 1e-12
-    assert compensated(TARGET, -3.0, 0.0) == TARGET
+def test_the_share_that_is_taken_off_is_put_on_top_and_an_absurd_one_is_bounded():
+    assert damped_gain(0.2) == 1.2
+    assert damped_gain(0.0) == damped_gain(-3.0) == 1.0
+    assert damped_gain(50.0) == 1.5
 
 
 @pytest.mark.parametrize("true_drag", [0.0, 0.05, 0.15, 0.25])

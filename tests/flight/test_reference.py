@@ -6,7 +6,6 @@ from fake_flight import PLAN_ORIGIN, VEHICLE_ORIGIN
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mavspiral.flight.governor import Pace
 from mavspiral.flight.messages import Target
 from mavspiral.flight.reference import BRAKE_MPS2, Reference, braking_s
 from mavspiral.frames import GeoPoint, LocalFrame
@@ -100,21 +99,6 @@ def test_extremes_are_those_of_the_plan(reference, trajectory):
     assert worst.horizontal_mps == pytest.approx(np.hypot(v[:, 0], v[:, 1]).max(), rel=1e-4)
     assert worst.climb_mps == pytest.approx(v[:, 2].max(), rel=1e-4)
     assert worst.descent_mps == pytest.approx(-v[:, 2].min(), rel=1e-4)
-
-
-def test_each_of_its_leads_is_its_own(reference):
-    pace = Pace(10.0, 0.5, 0.0)
-    now, sent = reference.led(pace, 0.02, 0.12, 0.3)
-    on_time, led, tilted, turned = (reference.at(10.0 + 0.5 * s, 0.5) for s in (0.0, 0.02, 0.12, 0.3))
-    assert now == on_time
-    assert sent == Target(
-        led.position_ned_m,
-        led.velocity_ned_mps,
-        tilted.acceleration_ned_mps2,
-        led.yaw_ned_rad,
-        turned.yaw_rate_ned_radps,
-    )
-    assert reference.led(pace, 0.02, 0.12)[1].yaw_rate_ned_radps == led.yaw_rate_ned_radps
 
 
 def test_begun_in_flight_it_goes_on_at_that_speed_and_is_the_same_motion_once_that_is_gone(reference):

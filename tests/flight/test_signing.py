@@ -7,7 +7,7 @@ from pymavlink.dialects.v20 import common
 
 from mavspiral.errors import InputError
 from mavspiral.flight.link import Link
-from mavspiral.flight.messages import Command, Target
+from mavspiral.flight.messages import Command
 from mavspiral.flight.signing import Signer, read_key
 from mavspiral.flight.upload import Upload
 
@@ -29,12 +29,12 @@ def beat(mav):
 def test_pymavlink_takes_every_kind_of_frame_that_we_send():
     link, vehicle = Link(signer=Signer(KEY, NOW)), pymavlink()
     link.vehicle = 1, 1
-    target = Target((1.0, 2.0, -3.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.5, 0.0)
+    setpoint = (1.0, 2.0, -3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0)
     sent = [
         link.heartbeat(),
         link.command(Command.COMPONENT_ARM_DISARM, 1.0),
         link.parameter_request("NAV_RCL_ACT"),
-        link.setpoint(5, target, type_mask=0, coordinate_frame=1),
+        link.setpoint(5, setpoint, type_mask=0, coordinate_frame=1),
     ]
     heard = vehicle.parse_buffer(b"".join(sent))
     assert [m.get_type() for m in heard] == [

@@ -1,0 +1,92 @@
+"""MAVLink bytes to whole frames, whatever garbage is between them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from mavspiral.flight.decoding import KINDS, Kind
+
+__all__ = ["CHECKSUM_N", "Decoder", "crc"]
+
+CHECKSUM_N = 2
+
+_V2, _V1 = 0xFD, 0xFE
+_START = re.compile(b"[\xfd\xfe]", re.DOTALL)
+_LEAST_N = 12  # of a MAVLink 2 frame: its header and its checksum
+_SIGNATURE_N = mavlink.MAVLINK_SIGNATURE_BLOCK_LEN
+crc: Callable[[bytes, int], int] = getattr(mavlink, "mcrf4xx", None) or (
+    lambda data, _: mavlink.x25crc(data).crc
+)
+"""CRC-16/MCRF4XX: in C where pymavlink has it."""
+
+
+class Decoder:
+    """`frames(bytes)` gives the whole frames in what has come so far, each with its kind.
+
+    The kind is None beyond the dialect, where nobody here knows the checksum. `garbage_n` bytes began no frame.
+    """
+
+    def __init__(self) -> None:
+        self.garbage_n = 0
+        self._rest = b""
+
+    def frames(self, data: bytes) -> list[tuple[bytes, Kind | None]]:
+        """The frames that `data` completes.
+
+        A start byte that begins no frame costs one byte, not the frames behind it: the search goes on at the
+        very next. pymavlink's own would swallow as many bytes as the false header promised.
+        """
+        whole: list[tuple[bytes, Kind | None]] = []
+        buffer = self._rest + data
+        at, came_to = 0, len(buffer)
+        while at < came_to:
+            if buffer[at] != _V2:
+                start = _START.search(buffer, at)
+                skipped_to = came_to if start is None else start.start()
+                self.garbage_n += skipped_to - at
+                at = skipped_to
+                if start is None:
+                    break
+            unsigned = came_to - at > 2 and buffer[at] == _V2 and not buffer[at + 2]
+            end = at + (_LEAST_N + buffer[at + 1] if unsigned else _size(buffer, at))
+            if end > came_to:
+                break
+            frame = buffer[at:end]
+            kind = KINDS.get(frame[7:10] if buffer[at] == _V2 else frame[5:6] + b"\0\0")
+            if kind is not None:
+                good = _is_intact(frame, kind)
+            else:
+                good = end > at and (end == came_to or _START.match(buffer, end) is not None)
+            if good:
+                at = end
+                whole.append((frame, kind))
+            else:
+                self.garbage_n += 1
+                at += 1
+        self._rest = buffer[at:]
+        return whole
+
+
+def _is_intact(frame: bytes, kind: Kind) -> bool:
+    """Whether its checksum is right."""
+    end = len(frame) - CHECKSUM_N
+    if frame[0] == _V2 and frame[2]:
+        end -= _SIGNATURE_N
+    return crc(frame[1:end] + kind.crc_extra, 0xFFFF) == frame[end] | frame[end + 1] << 8
+
+
+def _size(buffer: bytes, at: int) -> int:
+    """The size of the frame whose start byte is at `at`; 0 if its header is impossible.
+
+    While the header is incomplete, that of the smallest frame.
+    """
+    if buffer[at] == _V1:
+        return 8 + (buffer[at + 1] if at + 1 < len(buffer) else 0)
+    if at + 2 >= len(buffer):
+        return _LEAST_N
+    if buffer[at + 2] & ~mavlink.MAVLINK_IFLAG_SIGNED:
+        return 0
+    return _LEAST_N + buffer[at + 1] + (_SIGNATURE_N if buffer[at + 2] else 0)
