@@ -62,12 +62,13 @@ def main(argv: list[str] | None = None) -> int:
     home, heading_ned_rad = options.home
     try:
         airframe = load_airframe(options.airframe)
-    except ValueError as error:
-        print(f"sitl: {error}", file=sys.stderr)
+        params = Params(airframe.params)
+    except (ValueError, KeyError, TypeError) as error:
+        print(f"sitl: {error.args[0] if error.args else error}", file=sys.stderr)
         return 2
     vehicle = VehicleConfig(
         airframe=airframe,
-        params=Params(airframe.params),
+        params=params,
         home=home,
         heading_ned_rad=heading_ned_rad,
         seed=options.seed,

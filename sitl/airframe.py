@@ -140,11 +140,14 @@ def load_airframe(name: str | Path) -> Airframe:
     """The airframe of a TOML file, or a bundled one by its name.
 
     Raises:
-        ValueError: no such airframe, an unknown or missing key, or a value of the wrong kind; it is named.
+        ValueError: no such airframe or file, an unknown or missing key, or a value of the wrong kind; it is named.
     """
     path = Path(name)
     if path.suffix == ".toml":
-        text = path.read_text(encoding="utf-8")
+        try:
+            text = path.read_text(encoding="utf-8")
+        except OSError as error:
+            raise ValueError(f"airframe {str(name)!r} cannot be read: {error.strerror}") from None
     else:
         folder = resources.files("sitl") / "airframes"
         files = (entry.name for entry in folder.iterdir())
@@ -164,6 +167,9 @@ def _airframe(table: dict[str, Any]) -> Airframe:
     if table.get("schema") != 1:
         raise ValueError(f"airframe: schema must be 1, got {table.get('schema')!r}")
     _demand_keys("airframe", table, known)
+    for section in ("rotors", "params"):
+        if not isinstance(table[section], dict):
+            raise ValueError(f"[{section}]: wanted a table, got {table[section]!r}")
     rotors = dict(table["rotors"])
     turning = rotors.pop("turning", None)
     if not isinstance(turning, list) or len(turning) != 4 or not set(turning) <= set(_SPINS):
@@ -187,6 +193,8 @@ _SHAPES = {
 
 
 def _section(name: str, kind: type, table: dict[str, Any]) -> Any:
+    if not isinstance(table, dict):
+        raise ValueError(f"[{name}]: wanted a table, got {table!r}")
     _demand_keys(f"[{name}]", table, set(kind.__dataclass_fields__))  # type: ignore[attr-defined]
     values: dict[str, object] = {}
     for key, value in table.items():

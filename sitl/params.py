@@ -14,6 +14,7 @@ DEFAULTS: Final[Mapping[str, float | int]] = {
     "BAT_LOW_THR": 0.15,
     "COM_DISARM_LAND": 2.0,
     "COM_DISARM_PRFLT": 10.0,
+    "COM_DL_LOSS_T": 10,
     "COM_FAIL_ACT_T": 5.0,
     "COM_LOW_BAT_ACT": 3,
     "COM_OBL_RC_ACT": 0,

@@ -280,9 +280,8 @@ class _Craft:
         self.commander.steer(setpoint, self.vehicle)
 
     def hear_ground_station(self) -> None:
-        """The ground station is there; PX4 does not mind when it is not."""
-        if isinstance(self.commander, Copter):
-            self.commander.hear_ground_station(self.time_us)
+        """The ground station is there."""
+        self.commander.hear_ground_station(self.time_us)
 
     def move_origin(self, point: GeoPoint) -> None:
         """Anchor the estimate's frame there, and home in it; PX4 does so in flight too, where nothing is moved here."""

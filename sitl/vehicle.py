@@ -11,7 +11,7 @@ import numpy as np
 from sitl.airframe import RECEIVERS, Airframe, Receiver, Senses
 from sitl.autopilot.cascade import new_mind, set_demand, set_gains
 from sitl.estimator.ekf import Ekf
-from sitl.estimator.model import new_nav, report, vibration
+from sitl.estimator.model import EKF2_HORIZON_FRAMES, new_nav, report, vibration
 from sitl.faults import Fault
 from sitl.geo import dipole_field
 from sitl.kernels import prepared
@@ -49,7 +49,7 @@ class VehicleConfig:
     lies `origin_offset_ned_m` away from the first good fix. The wind is that at 20 ft (6.1 m) and grows with
     height; `gusts` adds Dryden turbulence to it. Without `noise` the senses tell the truth. `supposed` are
     the sheets by which the estimator judges its senses, where they are not the true ones. `stock_filter` flies filterpy's own arithmetic,
-    `output_observer` has the output follow the filter as slowly as PX4's. `params` are
+    `output_observer` has the output follow the filter as slowly as PX4's, from as far back. `params` are
     taken as they are: start them from `Params(airframe.params)`.
     """
 
@@ -119,7 +119,8 @@ class Vehicle:
         world["speed_max_radps"] = config.airframe.rotors.speed_max_radps
         world["sensed"]["baro_alt_m"] = config.home.alt_amsl_m - config.ground_down_m
         brain["mind"], brain["nav"] = new_mind(), new_nav()
-        brain["nav"]["follows"] = config.output_observer
+        if config.output_observer:
+            brain["nav"]["follows"], brain["nav"]["horizon_frames"] = True, EKF2_HORIZON_FRAMES
         senses, receiver = config.supposed or (senses, receiver)
         self._ekf = Ekf(
             brain["nav"],

@@ -130,6 +130,10 @@ class Commander(Pilot[CommanderState]):
         elif state.steering is not None:
             state.steering = state.course = None
 
+    def hear_ground_station(self, now_us: int) -> None:
+        """The ground station is there; when it is not any more, that is told and nothing else."""
+        self._state.ground_heard_us = now_us
+
     def hear_of_origin(self, condition: Condition) -> None:
         """The estimate's frame has been moved: where home is in it."""
         self._state.home = home_in(condition, self._state.home)
@@ -142,6 +146,8 @@ class Commander(Pilot[CommanderState]):
             state.home = home_of(condition) if is_ready(condition) else None
         if state.payload.is_waiting:
             shoot(state, condition)
+        if now_us % _LOOK_US == 0:
+            self._watch_ground_station(condition)
         if state.armed:
             self._watch_ground(condition)
         if not state.armed:
@@ -257,6 +263,12 @@ class Commander(Pilot[CommanderState]):
     def _streamed(self, condition: Condition) -> bool:
         limit_s = self.parameters["COM_OF_LOSS_T"] * self._loss_scale
         return is_streamed(self._state.steered_at_us, condition.time_us, limit_s)
+
+    def _watch_ground_station(self, condition: Condition) -> None:
+        heard_us, limit_s = self._state.ground_heard_us, self.parameters["COM_DL_LOSS_T"]
+        if heard_us is not None and condition.time_us - heard_us > 1e6 * limit_s:
+            self._state.ground_heard_us = None
+            self._notify(condition, Severity.INFO, "Connection to ground station lost")
 
     def _watch_ground(self, condition: Condition) -> None:
         """Disarm who does not take off, and who has landed."""

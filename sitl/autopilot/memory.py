@@ -55,6 +55,8 @@ class CommanderState(PilotState):
     """What DO_CHANGE_SPEED asked for, until the mode changes; NaN is the usual speed."""
     steering: Setpoint | None = None
     steered_at_us: int | None = None
+    ground_heard_us: int | None = None
+    """When the ground station's heartbeat came last; None before the first, and once it has been told of as lost."""
     course: Course | MissionCourse | OrbitCourse | None = None
     mission_fault: str | None = None
 

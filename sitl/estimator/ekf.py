@@ -32,7 +32,6 @@ from sitl.estimator.model import (
     HAS_BARO,
     HAS_FIX,
     HAS_MAG,
-    HORIZON_FRAMES,
     PREDICT_S,
     RING,
     STATES,
@@ -112,14 +111,15 @@ class Ekf:
         n = nav[0]
         self._fix, self._baro, self._mag, self._imu = n["fix"], n["baro_alt_m"], n["mag"], n["imu"]
         self._pose, self._q = n["pose"], n["q_ned_frd"]
+        self._horizon_frames = int(nav["horizon_frames"][0])
         self.running = False
         self._fuse: Callable[..., None] | None = None
 
     def step(self, frame: int, has: int) -> None:
         """One frame at the horizon: predict, then fuse what was measured at its end."""
-        slot = (frame - HORIZON_FRAMES) % RING
+        slot = (frame - self._horizon_frames) % RING
         if not self.running:
-            if frame > HORIZON_FRAMES:
+            if frame > self._horizon_frames:
                 self._align(frame, slot, has)
             return
         x, P = self.filter.x, self.filter.P

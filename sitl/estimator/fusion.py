@@ -13,7 +13,6 @@ from sitl.estimator.model import (
     HAS_BARO,
     HAS_FIX,
     HAS_MAG,
-    HORIZON_FRAMES,
     PREDICT_S,
     RING,
     STATES,
@@ -147,7 +146,7 @@ def fuse_frame(
 ) -> None:
     """One frame at the horizon of an estimator that runs: `frame` is the newest, `has` what was measured."""
     nav, book, sheet = navs[0], books[0], sheets[0]
-    slot = (frame - HORIZON_FRAMES) % RING
+    slot = (frame - nav.horizon_frames) % RING
     predict_covariance(P, work, navs, sheet.process_noise, PREDICT_S)
     if not has:
         if nav.follows:

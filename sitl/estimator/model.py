@@ -16,6 +16,7 @@ from sitl.kernels import FloatArray, Quaternion, Triple, kernel
 from sitl.rotation import exponential, matrix, multiply, normalized, rotate, unrotate
 
 __all__ = [
+    "EKF2_HORIZON_FRAMES",
     "HAS_BARO",
     "HAS_FIX",
     "HAS_MAG",
@@ -45,9 +46,12 @@ STATES = 15
 IMU_S = 0.005
 PREDICT_S = 0.01
 HORIZON_FRAMES = 12
+EKF2_HORIZON_FRAMES = 20
+"""PX4's: its IMU buffer holds EKF2_DELAY_MAX, 200 ms, whatever comes so late."""
 OUTPUT_S = (HORIZON_FRAMES - 1) * PREDICT_S
-"""How far the output lies ahead of the horizon."""
-RING = 16
+"""How far the output lies ahead of our horizon."""
+RING = 32
+_VIBRATION_FRAMES = 16
 HAS_FIX, HAS_BARO, HAS_MAG = 1, 2, 4
 
 NAV = np.dtype(
@@ -63,6 +67,7 @@ NAV = np.dtype(
         ("out_rate_frd_radps", "f8", 3),
         ("running", "i8"),
         ("frame", "i8"),
+        ("horizon_frames", "i8"),
         ("mean_force", "f8", 3),  # bias-free, over the horizon's frame: what the error model is taken at
         ("mean_rate", "f8", 3),
         ("scale_noise_s", "f8"),  # attitude noise density by the rate squared: the gyro's scale is not exact
@@ -86,6 +91,7 @@ def new_nav() -> np.ndarray:
     """One NAV that knows nothing yet."""
     nav = np.zeros(1, NAV)
     nav["q_ned_frd"] = nav["out_q_ned_frd"] = 1.0, 0.0, 0.0, 0.0
+    nav["horizon_frames"] = HORIZON_FRAMES
     return nav
 
 
@@ -117,7 +123,7 @@ def report(navs: np.ndarray, P: FloatArray, wander_variance_m2: FloatArray, told
     velocity and attitude.
     """
     nav = navs[0]
-    q = nav.out_q_ned_frd
+    q, ahead_s = nav.out_q_ned_frd, (nav.horizon_frames - 1) * PREDICT_S
     for i in range(4):
         told[6 + i] = q[i]
     r = matrix((q[0], q[1], q[2], q[3]))
@@ -128,7 +134,7 @@ def report(navs: np.ndarray, P: FloatArray, wander_variance_m2: FloatArray, told
         told[13 + i] = nav.out_acceleration_ned_mps2[i]
         told[16 + i] = nav.gyro_bias[i]
         told[19 + i] = nav.accel_bias[i]
-        told[22 + i] = P[i, i] + OUTPUT_S * (2.0 * P[i, 3 + i] + OUTPUT_S * P[3 + i, 3 + i])
+        told[22 + i] = P[i, i] + ahead_s * (2.0 * P[i, 3 + i] + ahead_s * P[3 + i, 3 + i])
         told[22 + i] += wander_variance_m2[i]
         told[25 + i] = P[3 + i, 3 + i]
         told[28 + i] = 0.0
@@ -138,11 +144,11 @@ def report(navs: np.ndarray, P: FloatArray, wander_variance_m2: FloatArray, told
 
 
 def vibration(nav: np.record) -> tuple[float, float, float]:
-    """Means over the RING's samples: length of Δθ × Δθ before (coning), of ω - ω before, of f - f before.
+    """Means over the last frames' samples: length of Δθ × Δθ before (coning), of ω - ω before, of f - f before.
 
     PX4's VehicleIMU takes them by a low-pass over about as many.
     """
-    samples = np.roll(nav["imu"], -int(nav["frame"]), axis=0).reshape(-1, 6)
+    samples = np.roll(nav["imu"], -int(nav["frame"]), axis=0)[-_VIBRATION_FRAMES:].reshape(-1, 6)
     turns = IMU_S * samples[:, 3:]
     coning = np.cross(turns[1:], turns[:-1])
     jumps = np.diff(samples, axis=0)
@@ -181,7 +187,7 @@ def advance_horizon(nav: np.record) -> int:
     """End the newest frame and carry the nominal state through the horizon's; what was measured then."""
     frame = nav.frame + 1
     nav.frame = frame
-    slot = (frame - HORIZON_FRAMES) % RING
+    slot = (frame - nav.horizon_frames) % RING
     if not nav.running:
         return int(nav.has[slot])
     p, v = nav.pose[:3], nav.pose[3:]
@@ -208,7 +214,7 @@ def catch_up(navs: np.ndarray) -> None:
         p[i], v[i] = nav.pose[i], nav.pose[3 + i]
     for i in range(4):
         q[i] = nav.q_ned_frd[i]
-    for frame in range(nav.frame - HORIZON_FRAMES + 1, nav.frame):
+    for frame in range(nav.frame - nav.horizon_frames + 1, nav.frame):
         for k in range(2):
             force, rate = _corrected(nav, frame % RING, k)
             propagate(p, v, q, force, rate, IMU_S)

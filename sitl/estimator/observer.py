@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sitl.estimator.model import HORIZON_FRAMES, IMU_S, OUTPUT_S, PREDICT_S, RING, catch_up
+from sitl.estimator.model import IMU_S, PREDICT_S, RING, catch_up
 from sitl.kernels import kernel
 from sitl.rotation import multiply
 
@@ -18,7 +18,6 @@ __all__ = ["follow"]
 
 _GAIN = PREDICT_S / 0.25
 """A frame by EKF2_TAU_VEL and EKF2_TAU_POS, at their default."""
-_TURN_GAIN = 0.5 * IMU_S / OUTPUT_S
 _INTEGRAL_SHARE = 0.1
 
 
@@ -37,12 +36,14 @@ def follow(navs: np.ndarray) -> None:
                 kept[slot, i], kept[slot, 3 + i] = p[i], v[i]
             for i in range(4):
                 kept[slot, 6 + i] = q[i]
-    then, h = (nav.frame - HORIZON_FRAMES + 1) % RING, nav.q_ned_frd
+    ahead = nav.horizon_frames - 1
+    then, h = (nav.frame - ahead) % RING, nav.q_ned_frd
+    turn_gain = 0.5 * IMU_S / (ahead * PREDICT_S)
     was = (kept[then, 6], kept[then, 7], kept[then, 8], kept[then, 9])
-    ahead = multiply((h[0], -h[1], -h[2], -h[3]), was)
-    back = -2.0 if ahead[0] >= 0.0 else 2.0
+    error_q = multiply((h[0], -h[1], -h[2], -h[3]), was)
+    back = -2.0 if error_q[0] >= 0.0 else 2.0
     for i in range(3):
-        nav.turn_rad[i] = back * ahead[1 + i] * _TURN_GAIN
+        nav.turn_rad[i] = back * error_q[1 + i] * turn_gain
     for i in range(6):
         error = nav.pose[i] - kept[then, i]
         nav.output_error[i] += error

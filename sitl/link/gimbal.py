@@ -17,7 +17,7 @@ from sitl.link.report import Report
 from sitl.link.telemetry import Builder
 from sitl.rotation import from_euler
 
-__all__ = ["GIMBAL", "claimed"]
+__all__ = ["GIMBAL", "GIMBAL_RATES_HZ", "claimed"]
 
 _INFORMATION = message_type("GIMBAL_MANAGER_INFORMATION")
 _DEVICE_INFORMATION = message_type("GIMBAL_DEVICE_INFORMATION")
@@ -83,6 +83,8 @@ def claimed(command: Command, received: Received) -> Command:
     return command._replace(param1=system, param2=component)
 
 
+GIMBAL_RATES_HZ: Mapping[str, float] = {"GIMBAL_DEVICE_ATTITUDE_STATUS": 1.0, "GIMBAL_MANAGER_STATUS": 0.5}
+"""What PX4 sends of a gimbal unasked, on either link (mavlink_main.cpp, "normal" and "onboard")."""
 GIMBAL: Mapping[int, Builder] = {
     _INFORMATION.ID: _information,
     _DEVICE_INFORMATION.ID: _device_information,

@@ -18,7 +18,7 @@ from sitl.link.commands import ORDERS, Command, answered, command_of, whole_numb
 from sitl.link.events import EVENTS, REQUEST_EVENT, no_event
 from sitl.link.failures import begun_by, ended_by
 from sitl.link.files import FILE_MESSAGE, Files, no_file
-from sitl.link.gimbal import GIMBAL, claimed
+from sitl.link.gimbal import GIMBAL, GIMBAL_RATES_HZ, claimed
 from sitl.link.helm import Helm
 from sitl.link.instruments import INSTRUMENTS, image_captured
 from sitl.link.logs import LOG_REQUEST, no_logs
@@ -97,7 +97,7 @@ class Px4Link:
         self._codec = Codec(system, _OURS, signer)
         self._camera = Camera(system, signer) if camera else None
         self._builders = {**_BUILDERS, **GIMBAL} if camera else _BUILDERS
-        self._streams = Streams(rates_hz)
+        self._streams = Streams({**rates_hz, **GIMBAL_RATES_HZ} if camera else rates_hz)
         self._parameters = ParameterService()
         self._plans = PlanService()
         self._files = Files()
@@ -216,8 +216,10 @@ class Px4Link:
             and (message.target_system, message.target_component) == (self._codec.system, _CAMERA)
         )
 
-    def _on_heartbeat(self, received: Received, _: Helm) -> list[Message]:
-        self._hears_gcs |= received.message.type == common.MAV_TYPE_GCS
+    def _on_heartbeat(self, received: Received, helm: Helm) -> list[Message]:
+        if received.message.type == common.MAV_TYPE_GCS:
+            self._hears_gcs = True
+            helm.hear_ground_station()
         self._heartbeats.append(received)
         return []
 

@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("mavsdk")
 
-from mavsdk.plugins.camera import Camera
+from mavsdk.plugins.camera import Camera, CameraError
 from mavsdk.plugins.gimbal import ControlMode, Gimbal, GimbalMode, SendMode
 from mavsdk_session import system_of
 
@@ -21,6 +21,14 @@ def wait(ask, limit_s=LIMIT_S):
             return found
         time.sleep(0.05)
     raise AssertionError(f"not within {limit_s} s")
+
+
+def stored(camera, component_id):
+    """What the card holds, once MAVSDK has asked for it; nothing before."""
+    try:
+        return camera.get_storage(component_id)
+    except CameraError:
+        return None
 
 
 def test_camera_and_gimbal_are_found_and_used(start_vehicle):
@@ -44,4 +52,9 @@ def test_camera_and_gimbal_are_found_and_used(start_vehicle):
         (managed,) = wait(lambda: gimbal.gimbal_list().gimbals)
         gimbal.take_control(managed.gimbal_id, ControlMode.PRIMARY)
         gimbal.set_angles(managed.gimbal_id, 0.0, -45.0, 20.0, GimbalMode.YAW_FOLLOW, SendMode.ONCE)
+        attitudes = []
+        gimbal.subscribe_attitude(lambda attitude, *_: attitudes.append(attitude.euler_angle_forward))
+        wait(lambda: attitudes and attitudes[-1].pitch_deg == pytest.approx(-45.0, abs=0.1))
+        storage = wait(lambda: stored(camera, found.component_id))
+        assert storage.available_storage_mib > 0.0
         gimbal.release_control(managed.gimbal_id)

@@ -2,12 +2,14 @@
 
 Source: PX4 v1.17, sih.cpp, SensorGpsSim.cpp, SensorMagSim.cpp (what they add, all of it white: IMU at 250 Hz, a fix
 at 8 Hz that arrives at once, no bias and no error of scale), EKF2's defaults (by what it judges them at its 100 Hz) and
-output_predictor.cpp (the output follows the filter with a quarter of a second; EKF2's horizon lies 0.2 s back, ours 0.12).
-Rates that are not ours are met by equal densities, noises that differ by axis by the root of their mean square.
+output_predictor.cpp (the output follows the filter with a quarter of a second, from a horizon 0.2 s back: EKF2_DELAY_MAX).
+The body is that of sih_params.c. Rates that are not ours are met by equal densities, noises that differ by axis by the root of their mean square.
 """
 
 import dataclasses
 import math
+
+import numpy as np
 
 from sitl.airframe import Airframe, Receiver, Senses
 
@@ -39,6 +41,36 @@ _EKF2 = Senses(
     }
 )
 _EKF2_FIX = Receiver(0.9 * _THIN, 1.78 * _THIN, 0.0, 0.0, 1.0, 0.4 * _THIN, fix_type=3, satellites=10)
+
+
+_MASS_KG, _THRUST_N, _ARM_M = 1.0, 5.0, 0.2  # SIH_MASS; of a rotor, SIH_T_MAX; SIH_L_ROLL, SIH_L_PITCH
+_SPEED_RADPS = 1000.0  # any: SIH has no propellers
+_DRAG_NSPM = 1.0  # SIH_KDV
+
+
+def airframe(x500: Airframe) -> Airframe:
+    """SIH's own quadrotor with its own drag, which here its rotors have: as much when they carry the weight.
+
+    Its thrust lags and is linear in the signal; here the speed does, and THR_MDL_FAC undoes the square. Of `x500` it has
+    legs and battery.
+    """
+    k = _THRUST_N / _SPEED_RADPS**2
+    hover_radps = math.sqrt(_MASS_KG * 9.80665 / 4.0 / k)
+    place = np.array([[1.0, 1.0, 0.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, 1.0, 0.0]]) * _ARM_M
+    rotors = dataclasses.replace(
+        x500.rotors,
+        position_frd_m=place,
+        thrust_n_per_radps2=k,
+        torque_per_thrust_m=0.1 / _THRUST_N,  # SIH_Q_MAX
+        drag_n_per_radps_mps=_DRAG_NSPM / (4.0 * hover_radps),
+        time_constant_up_s=0.05,  # SIH_T_TAU
+        time_constant_down_s=0.05,
+        speed_max_radps=_SPEED_RADPS,
+    )
+    inertia = np.array([0.025, 0.025, 0.030])  # SIH_IXX and so on
+    body = dataclasses.replace(x500.body, mass_kg=_MASS_KG, inertia_kgm2=inertia, drag_area_m2=np.zeros(3))
+    params = {"MPC_THR_HOVER": _MASS_KG * 9.80665 / (4.0 * _THRUST_N), "THR_MDL_FAC": 1.0}
+    return dataclasses.replace(x500, body=body, rotors=rotors, params=params)
 
 
 def config(airframe: Airframe) -> dict:

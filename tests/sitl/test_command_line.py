@@ -1,5 +1,7 @@
 """`python -m sitl`'s options: what is wrong is said in one line; nobody is on the air before it is warm."""
 
+from pathlib import Path
+
 import pytest
 
 from sitl import __main__ as command_line
@@ -37,6 +39,32 @@ def test_a_wrong_value_is_said_in_one_line(option, value, capsys):
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("sitl: ")
     assert option in line
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (None, "cannot be read"),
+        ("schema = 1", "missing key"),
+        ("schema = ", "Invalid value"),
+        ('"rotors" = 3\n', "schema must be 1"),
+        ("MPC_XY_P = 1", "no parameter 'MPC_XY_PP'"),
+        ("body", "[body]: wanted a table"),
+    ],
+)
+def test_a_wrong_airframe_is_said_in_one_line(text, said, tmp_path, capsys):
+    path = tmp_path / "mine.toml"
+    x500 = (Path(command_line.__file__).parent / "airframes/x500.toml").read_text(encoding="utf-8")
+    if text == "MPC_XY_P = 1":
+        text = x500 + "MPC_XY_PP = 1.0\n"
+    elif text == "body":
+        begin, end = x500.index("[body]"), x500.index("[rotors]")
+        text = "body = 3\n" + x500[:begin] + x500[end:]
+    if text is not None:
+        path.write_text(text, encoding="utf-8")
+    assert command_line.main([f"--airframe={path}"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("sitl: ") and said in line
 
 
 @pytest.mark.parametrize(

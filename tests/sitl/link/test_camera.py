@@ -107,6 +107,12 @@ def test_the_gimbal_manager_says_what_it_can_and_who_has_control(camera, pick):
     assert pick(heard, "GIMBAL_MANAGER_STATUS")[0].primary_control_sysid == 0
 
 
+def test_the_gimbal_is_told_of_unasked_as_px4_does(camera, pick):
+    heard = camera.live(10.0)
+    assert len(pick(heard, "GIMBAL_DEVICE_ATTITUDE_STATUS")) == pytest.approx(10, abs=1)
+    assert len(pick(heard, "GIMBAL_MANAGER_STATUS")) == pytest.approx(5, abs=1)
+
+
 def test_the_gimbals_attitude_is_what_was_ordered(camera, pick):
     asked(camera, pick, 1000, -30.0, 40.0, component=1)
     asked(camera, pick, 511, 285, 100_000, component=1)

@@ -49,6 +49,35 @@ def test_telemetry_comes_unasked_at_px4s_rates(client, pick):
         assert len(pick(heard, name)) == pytest.approx(10 * rate_hz, abs=1), name
 
 
+def test_the_offboard_link_carries_407_messages_and_24_kb_a_second_in_flight_mavlink_2_from_the_first_byte(
+    client,
+):
+    simulator, sent = client.simulator, b""
+    while not sent:
+        client.now_us += 10_000
+        (sent,) = simulator.exchange(client.now_us, (b"",))
+    assert sent[0] == 0xFD
+    client.airborne(4.0)
+    here = tuple(simulator.report.estimate.position_ned_m.tolist())
+
+    def stream():
+        client.setpoint(here)
+
+    client.live(0.5, stream)
+    client.command(176, 1, 6)
+    client.live(0.5, stream)
+    messages_n = bytes_n = 0
+    for _ in range(400):
+        client.now_us += 10_000
+        client.setpoint(here)
+        received, client.outbox = tuple(client.outbox), [b""]
+        (sent,) = simulator.exchange(client.now_us, received)
+        bytes_n += len(sent)
+        messages_n += len(client.codecs[0].decode(sent))
+    assert messages_n / 4 == pytest.approx(407, abs=4)
+    assert bytes_n / 4 == pytest.approx(24_000, rel=0.05)
+
+
 def test_the_first_heartbeat_says_px4_quadrotor_standby_in_hold(client, pick):
     beat = pick(client.live(2.0), "HEARTBEAT")[0]
     assert (beat.type, beat.autopilot, beat.base_mode, beat.system_status) == (2, 12, 29, 3)
@@ -384,6 +413,30 @@ def test_texts_go_to_links_that_hear_a_ground_station_only(new_client, pick):
     client.command(400, 1.0, 0.0)
     client.live(0.1)
     assert [link for _, link, m in client.heard if type(m).__name__ == "STATUSTEXT"] == [1]
+
+
+def test_a_ground_station_that_falls_silent_is_told_of_and_nothing_else(client, pick):
+    client.airborne()
+    client.heartbeat()
+    assert pick(client.live(9.9), "STATUSTEXT") == []
+    told = [bytes(text.text) for text in pick(client.live(20.0), "STATUSTEXT")]
+    assert told == [b"Connection to ground station lost"]
+    assert client.flight.mode is Mode.HOLD and not client.flight.failsafe
+    client.heartbeat()
+    told = [bytes(text.text) for text in pick(client.live(11.0), "STATUSTEXT")]
+    assert told == [b"Connection to ground station lost"]
+
+
+def test_run_faster_than_real_time_it_waits_longer_for_setpoints(new_client):
+    """PX4 multiplies COM_OF_LOSS_T by its speed factor."""
+    client = new_client(loss_scale=4.0)
+    stream = fly_north(client)
+    client.live(3.8)
+    assert client.flight.mode is Mode.OFFBOARD
+    client.live(0.5)
+    assert client.flight.mode is Mode.RETURN
+    client.live(0.1, stream)
+    assert client.flight.mode is Mode.OFFBOARD
 
 
 def test_long_texts_are_split_at_fifty_characters(client, pick):
