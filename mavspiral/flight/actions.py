@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from mavspiral.errors import LimitError
 from mavspiral.flight.checks import check_before_arming, parameter
 from mavspiral.flight.follower import Follower
-from mavspiral.flight.governor import Pace
+from mavspiral.flight.governor import GovernorLimits, Pace
 from mavspiral.flight.messages import Command, MessageId, Target
 from mavspiral.flight.origin import origin_from_pair
 from mavspiral.flight.profile import Mode, Profile
-from mavspiral.flight.reference import Reference
+from mavspiral.flight.reference import Reference, braking_s
 from mavspiral.flight.situation import Situation
 from mavspiral.frames import GeoPoint, yaw_ned_to_enu
+from mavspiral.motion.trajectory import Trajectory, belongs
 
 __all__ = [
     "armed",
@@ -37,6 +39,8 @@ __all__ = [
     "never",
     "origin_known",
     "prepare_join",
+    "prepare_leave",
+    "prepare_return",
     "prepare_stream",
     "prestreamed",
     "routed",
@@ -48,7 +52,7 @@ _PAIR_AFTER_S = 3.0
 _JOIN_MPS = 1.0
 _JOIN_RADPS = 0.5
 _HOVER_MPS = 0.5
-_STOP_MPS2 = 3.0
+_SINKS_M = 50.0
 
 
 def never(_: Situation) -> bool:
@@ -138,18 +142,17 @@ def checked(s: Situation) -> bool:
     missing = [name for name in s.profile.parameters if name not in s.vehicle.parameters]
     if missing and s.elapsed_s < _PARAMETERS_S:
         return False
-    assert s.reference is not None and s.to_vehicle is not None
-    home_enu_m = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
+    assert s.reference is not None
     findings = check_before_arming(
         s.vehicle,
         s.profile,
         s.reference.extremes(),
         battery_min_pct=s.config.battery_min_pct,
-        safe_return_m=s.config.safe_height_enu_m - float(home_enu_m[2]),
+        safe_return_m=s.safe_return_m,
         sets_failsafes=s.config.set_failsafes,
     )
     for severity, text in findings:
-        if severity == "warning":
+        if severity != "error":
             s.tell_once(severity, text)
     errors = [text for severity, text in findings if severity == "error"]
     if errors:
@@ -289,19 +292,38 @@ def stands(s: Situation) -> bool:
 
 def prepare_return(s: Situation) -> None:
     """Begin the way back to above home from where it can stop; refuses with a MavspiralError where there is none."""
-    assert s.to_vehicle is not None and s.origin is not None and s.trajectory is not None
+    _begin_way(s, _way_home(s), s.config.governor)
+
+
+def prepare_leave(s: Situation) -> None:
+    """Begin only what of the way back leads away from the walls; refuses where that is nothing.
+
+    Who sinks is not waited for.
+    """
+    leaving = tuple(leg for leg in _way_home(s).legs if belongs(leg.name, "leave"))
+    if not leaving:
+        raise LimitError("it is as far away from everything as it can be")
+    _begin_way(s, Trajectory(leaving), replace(s.config.governor, reserve_m=_SINKS_M))
+
+
+def _way_home(s: Situation) -> Trajectory:
+    assert s.origin is not None and s.trajectory is not None
     if s.way_home is None:
         raise LimitError("no way home is known")
     s.to_vehicle = s.frame.to_vehicle(GeoPoint(*s.origin))
     velocity_ned_mps = s.vehicle.velocity_ned_mps
-    stops_s = math.hypot(*velocity_ned_mps) / (2.0 * _STOP_MPS2)
+    stops_s = braking_s(velocity_ned_mps) / 2.0
     stop_ned_m = [p + stops_s * v for p, v in zip(s.vehicle.position_ned_m, velocity_ned_mps, strict=True)]
     here_enu_m = s.to_vehicle.position_enu_m(stop_ned_m)
     end = s.trajectory(s.trajectory.duration_s)
-    way = s.way_home(here_enu_m, end.position_enu_m, float(yaw_ned_to_enu(s.vehicle.yaw_ned_rad)))
+    return s.way_home(here_enu_m, end.position_enu_m, float(yaw_ned_to_enu(s.vehicle.yaw_ned_rad)))
+
+
+def _begin_way(s: Situation, way: Trajectory, governor: GovernorLimits) -> None:
+    assert s.to_vehicle is not None
     s.follower = Follower(
-        Reference.of(way, s.to_vehicle),
-        s.config.governor,
+        Reference.of(way, s.to_vehicle).begun_in_flight(s.vehicle.velocity_ned_mps),
+        governor,
         s.clock.at(s.now_us),
         feels_drag=s.profile.feels_drag,
     )

@@ -129,6 +129,7 @@ ARDUPILOT = Profile(
         "RTL_CONE_SLOPE": "near home its own RTL stays below RTL_ALT, maybe beside the building",
         "RTL_ALT_TYPE": "its own RTL counts its height above a terrain that it may not know",
     },
+    low_battery=None,
     damping=None,
     feels_drag=False,
 )

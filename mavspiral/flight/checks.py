@@ -12,7 +12,7 @@ from mavspiral.flight.vehicle import Vehicle
 __all__ = ["Finding", "check_before_arming", "loss_words", "parameter"]
 
 Finding = tuple[str, str]
-"""Severity ("warning" or "error") and the words."""
+"""Severity ("info", "warning" or "error") and the words."""
 
 _SPEED_TOLERANCE = 1.01
 
@@ -26,8 +26,12 @@ def check_before_arming(
     safe_return_m: float,
     sets_failsafes: bool,
 ) -> list[Finding]:
-    """What stands against the flight ("error") and what the pilot should know ("warning")."""
-    findings = [*_state(vehicle, battery_min_pct), *_speeds(vehicle, profile, extremes)]
+    """What stands against the flight ("error") and what the pilot should know ("warning", "info" where nothing helps)."""
+    findings = [
+        *_state(vehicle, battery_min_pct),
+        *_low_battery(vehicle, profile),
+        *_speeds(vehicle, profile, extremes),
+    ]
     if not sets_failsafes:
         findings += _loss(vehicle, profile)
         findings += _return(vehicle, profile, safe_return_m)
@@ -115,6 +119,14 @@ def _return(vehicle: Vehicle, profile: Profile, safe_return_m: float) -> list[Fi
         f"its own Return flies home at {height_m:.0f} m ({profile.return_height}), maybe through the building"
     )
     return [("warning", f"{words}; set it to {math.ceil(safe_return_m)} or more")]
+
+
+def _low_battery(vehicle: Vehicle, profile: Profile) -> list[Finding]:
+    if profile.low_battery is None:
+        return []
+    name, words = profile.low_battery
+    acts = parameter(vehicle, profile, name)
+    return [("info", f"{name} = {acts:g}: {words}")] if acts else []
 
 
 def _pitfalls(vehicle: Vehicle, profile: Profile) -> list[Finding]:

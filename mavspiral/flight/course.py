@@ -198,6 +198,17 @@ COURSE: Mapping[State, Row] = {
         modes=lambda p: (p.follow, p.hold),
         streams=True,
     ),
+    State.LEAVE: Row(
+        actions.finished,
+        State.LAND,
+        enter=actions.prepare_leave,
+        within_s=15.0,
+        late=Late.GO_ON,
+        words=_say("it did not get away from the wall in 15 s; landing it where it is"),
+        modes=lambda p: (p.follow,),
+        streams=True,
+        moves=True,
+    ),
     State.LAND: Row(
         actions.disarmed,
         State.RESTORE,

@@ -22,6 +22,12 @@ _GAP_MS = 500
 _LOST_MS, _SILENT_MS = 800, 2400
 """A receiver that says nothing: of the five words a second so many in a row do not get lost with three packets in ten."""
 
+_LEARNS = 0.1
+"""How fast it learns how often the receiver's words come."""
+
+_MISSED_N, _POSITION_MS, _WHOLE = 5, 20.0, 0.95
+"""Where that share of the positions comes, which are asked for every 20 ms, the link loses nothing: then so many words suffice."""
+
 _FROZEN_MS, _MOVING_MPS = 1800, 0.5
 _FIX_3D, _FIX_RTK = 3, 5
 _FROZEN = "its GPS repeats itself"
@@ -42,8 +48,10 @@ class Doubts:
         self._before: deque[tuple[int, float, float]] = deque()
         self._fix: GpsFix | None = None
         self._fixed_ms = self._changed_ms = self._told_ms = 0
+        self._every_ms, self._positions_n = float(_SILENT_MS), 0
         self._fault: str | None = None
         self._jumped: str | None = None
+        self.shift_ned_m = (0.0, 0.0)
 
     def heard(self, message: Message) -> None:
         """Take in what tells of the position."""
@@ -59,7 +67,7 @@ class Doubts:
 
     @property
     def misleads(self) -> bool:
-        """Whether the estimate is wrong from now on: it follows fixes, and speeds, of a moment long ago."""
+        """Whether the estimate is wrong soon: refused for some seconds, fixes and speeds of a moment long ago are followed then."""
         return self._fault == _FROZEN
 
     def jumped(self) -> str | None:
@@ -69,6 +77,7 @@ class Doubts:
 
     def _moved(self, now: LocalPosition) -> None:
         then, self._last = self._last, now
+        self._positions_n += 1
         if then is None:
             return
         if not 0 < (dt_ms := now[0] - then[0]) < _GAP_MS:
@@ -84,33 +93,50 @@ class Doubts:
         before = self._before
         if north_m * north_m + east_m * east_m > self._allowed_m**2:
             self._jumped = f"its position jumped by {math.hypot(north_m, east_m):.1f} m"
+            self.shift_ned_m = north_m, east_m
             before.clear()
         elif not before or now[0] - before[-1][0] >= _EVERY_MS:
-            away_m = max((math.hypot(here[0] - n, here[1] - e) for _, n, e in before), default=0.0)
-            if away_m > self._allowed_m:
+            moved = max(
+                ((here[0] - n, here[1] - e) for _, n, e in before),
+                key=lambda m: math.hypot(*m),
+                default=(0.0, 0.0),
+            )
+            if (away_m := math.hypot(*moved)) > self._allowed_m:
                 self._jumped = f"its position moved by {away_m:.1f} m in 10 s otherwise than its speed says"
+                self.shift_ned_m = moved
                 before.clear()
             before.append((now[0], *here))
             while now[0] - before[0][0] > _WINDOW_MS:
                 before.popleft()
-            if self._fixed_ms and now[0] - self._told_ms > _SILENT_MS:
+            if self._fixed_ms and self._silent(now[0] - self._told_ms):
                 self._fault = "its GPS is silent"
+
+    def _silent(self, since_ms: int) -> bool:
+        """Whether the receiver itself is, and not the link, after so long without a word of it."""
+        link_is_whole = self._positions_n * _POSITION_MS > _WHOLE * since_ms
+        return since_ms > (min(_MISSED_N * self._every_ms, _SILENT_MS) if link_is_whole else _SILENT_MS)
 
     def _fixed(self, fix: GpsFix) -> None:
         if self._last is None:
             return
         now_ms, then = self._last.time_boot_ms, self._fix
-        self._told_ms = now_ms
+        self._every_ms += _LEARNS * (min(now_ms - self._told_ms, _SILENT_MS) - self._every_ms)
+        self._told_ms, self._positions_n = now_ms, 0
         if fix.fix_type >= _FIX_3D:
             self._fixed_ms = now_ms
             self._allowed_m = self._most_m * (0.5 if fix.fix_type >= _FIX_RTK else 1.0)
         if then is None or (fix.lat_deg, fix.lon_deg) != (then.lat_deg, then.lon_deg):
             self._changed_ms = now_ms
         if math.hypot(self._last.north_mps, self._last.east_mps) < _MOVING_MPS:
-            self._changed_ms = max(self._changed_ms, now_ms - _FROZEN_MS // 2)
+            self._changed_ms = max(self._changed_ms, now_ms - round(self._frozen_ms / 2))
         self._fix = fix
         self._fault = None
         if self._fixed_ms and now_ms - self._fixed_ms > _LOST_MS:
             self._fault = "its GPS has no fix"
-        elif self._fixed_ms and now_ms - self._changed_ms > _FROZEN_MS:
+        elif self._fixed_ms and now_ms - self._changed_ms > self._frozen_ms:
             self._fault = _FROZEN
+
+    @property
+    def _frozen_ms(self) -> float:
+        """How long fixes may repeat themselves."""
+        return min(_MISSED_N * self._every_ms, _FROZEN_MS)

@@ -19,14 +19,11 @@ def prepare(s: Situation) -> None:
     s.failsafes_wanted, s.failsafes_before = {}, {}
     if not s.config.set_failsafes or s.config.dry_run:
         return
-    assert s.to_vehicle is not None
-    home_enu_m = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
-    safe_return_m = s.config.safe_height_enu_m - float(home_enu_m[2])
     for name, wanted in s.profile.failsafes.items():
         now = _value(s, name)
         if now is None:
             s.tell("warning", f"{name} could not be read and is not set")
-        elif abs((value := wanted(now, safe_return_m)) - now) > _SAME:
+        elif abs((value := wanted(now, s.safe_return_m)) - now) > _SAME:
             s.failsafes_wanted[name], s.failsafes_before[name] = value, now
             s.tell("info", f"{name} is set to {value:g} for this flight (was {now:g})")
 

@@ -29,6 +29,7 @@ class Follower:
 
     Attributes:
         due: where the vehicle is meant to be by now, as a setpoint: the reference without the lead.
+        error_m: how far it was from there when it was last heard, `below_m` of it down, on a path that climbs with `climb_mps`.
     """
 
     def __init__(
@@ -48,6 +49,7 @@ class Follower:
         self.pace = pace or Pace()
         self._duration_s = reference.duration_s
         self.error_m = 0.0
+        self.below_m = self.climb_mps = 0.0
         self._governor = limits.slow_m, limits.stop_m
         self._changes_mps2 = limits.brake_mps2, limits.recover_mps2
         self._ways = (
@@ -75,6 +77,7 @@ class Follower:
         there = self.reference.on_time(pace.path_t_s - pace.rate * ago_s)
         meant, velocity = there[0:3], there[3:6]
         self.error_m = math.dist(meant, position_ned_m)
+        self.below_m, self.climb_mps = position_ned_m[2] - meant[2], -velocity[2]
         self._speed_mps = math.hypot(*velocity)
         dt_s, self._heard_us = (vehicle_us - self._heard_us) * 1e-6, vehicle_us
         if self._feels_drag and pace.rate == 1.0 and self._speed_mps > 0.0:

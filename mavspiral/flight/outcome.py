@@ -38,6 +38,7 @@ class State(Enum):
     HOLD = "hold"
     BRAKE = "brake"
     RETURN = "return"
+    LEAVE = "leave"
     HAND_OVER = "hand over"
     LAND = "land"
     RESTORE = "restore"

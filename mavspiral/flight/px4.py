@@ -130,6 +130,11 @@ PX4 = Profile(
         "RTL_TYPE": "its own Return may follow a mission that it still holds, instead of the straight way home",
         "COM_LOW_BAT_ACT": "an empty battery it only warns of",
     },
+    low_battery=(
+        "COM_LOW_BAT_ACT",
+        "a battery that fails at once (below BAT_CRIT_THR) is its own affair: it returns straight over the building, and "
+        "lands where it is below BAT_EMERGEN_THR, be it on a roof; take over if it would",
+    ),
     damping="MPC_XY_VEL_D_ACC",
     feels_drag=True,
 )

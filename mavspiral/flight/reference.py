@@ -13,14 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from mavspiral.arrays import FloatArray, locked
-from mavspiral.flight.messages import Setpoint, Target
+from mavspiral.flight.messages import Setpoint, Target, Triple
 from mavspiral.flight.steering import setpoint_at
 from mavspiral.frames import RigidMap, wrap_rad, yaw_enu_to_ned
 from mavspiral.motion.trajectory import Trajectory
 
-__all__ = ["Extremes", "Reference"]
+__all__ = ["Extremes", "Reference", "braking_s"]
 
 KNOTS_S = 0.02
+BRAKE_MPS2 = 3.0
 # Power coefficients of the quintic on [0, 1] whose ends are p0, v0, a0, p1, v1, a1.
 _HERMITE = np.array(
     [
@@ -102,6 +103,31 @@ class Reference:
         last = (*end.position_ned_m, start.yaw_ned_rad + turn_rad)
         return cls(duration_s, np.array([first, last]), np.zeros((2, 4)), np.zeros((2, 4)))
 
+    def begun_in_flight(self, velocity_ned_mps: Triple) -> Reference:
+        """This motion, begun at that velocity from where who brakes (`braking_s`) comes to rest at its beginning.
+
+        Braking and the motion go on at once. Speed is taken off as in a smooth step.
+        """
+        t_s = self.knot_s * np.arange(len(self.values))
+        span_s = min(braking_s(velocity_ned_mps), self.duration_s)
+        if span_s <= 0.0:
+            return self
+        x = np.clip(t_s / span_s, 0.0, 1.0)
+        still_m = span_s * (0.5 - x + x**3 - 0.5 * x**4)  # times the velocity: what is left to go
+        left, rate_per_s = 1.0 - 3.0 * x**2 + 2.0 * x**3, 6.0 * (x**2 - x) / span_s
+        velocity = np.array([*velocity_ned_mps, 0.0])
+        return Reference(
+            self.knot_s,
+            self.values - still_m[:, None] * velocity,
+            self.rates + left[:, None] * velocity,
+            self.accelerations + rate_per_s[:, None] * velocity,
+        )
+
+    def shifted(self, north_m: float, east_m: float) -> Reference:
+        """The same motion elsewhere."""
+        there = self.values + np.array([north_m, east_m, 0.0, 0.0])
+        return Reference(self.knot_s, there, self.rates, self.accelerations)
+
     @property
     def duration_s(self) -> float:
         """Time from the first knot to the last."""
@@ -126,3 +152,8 @@ class Reference:
             float(max(0.0, down.max())),
             float(np.hypot(north_mps2, east_mps2).max()),
         )
+
+
+def braking_s(velocity_ned_mps: Triple) -> float:
+    """How long a smooth step from that velocity to rest takes; it goes on for half of it at that velocity, as it were."""
+    return 1.5 * math.hypot(*velocity_ned_mps) / BRAKE_MPS2

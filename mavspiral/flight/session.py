@@ -41,6 +41,7 @@ from mavspiral.flight.px4 import PX4
 from mavspiral.flight.schedule import Schedule, StreamFigures
 from mavspiral.flight.shutter import Picture, ShotOrders, Shutter
 from mavspiral.flight.signing import Signer
+from mavspiral.flight.sinking import Sinking
 from mavspiral.flight.situation import Route, Situation, WayHome
 from mavspiral.flight.streamer import Streamer
 from mavspiral.flight.telemetry import TelemetryRequest
@@ -57,6 +58,7 @@ _RECKONS_S = 5.0
 """So long an estimate is worth something without fixes: PX4's EKF2_NOAID_TOUT."""
 
 _ON_THE_WAY = frozenset({State.ALIGN, State.STREAM, State.HOLD, State.BRAKE, State.RETURN})
+_FLIES = _ON_THE_WAY - {State.ALIGN}
 
 
 class Session:
@@ -104,6 +106,7 @@ class Session:
         self._battery_looks = Schedule(_HEARTBEAT_US)
         self._battery = Battery()
         self._doubts = Doubts(config.governor.reserve_m)
+        self._sinking = Sinking()
         self._listeners: dict[type, Callable[[Any], None]] = {
             LocalPosition: self._doubts.heard,
             GpsFix: self._doubts.heard,
@@ -324,6 +327,7 @@ class Session:
         if s.vehicle.origin != s.origin or s.now_us >= self._origin_requests.due_us:
             self._watch_origin()
         self._watch_position()
+        self._watch_height()
         self._watch_following()
         if s.now_us >= self._battery_looks.due_us:
             self._watch_battery()
@@ -348,20 +352,31 @@ class Session:
             s.tell("warning", words)
 
     def _watch_position(self) -> None:
-        """Away from the wall and home as soon as the position is in doubt; from where it is now, never after what jumped."""
+        """Away from the wall and home as soon as the position is in doubt; on as it was, never after what jumped."""
         jumped, fault = self._doubts.jumped(), self._doubts.fault
         if self.state not in _ON_THE_WAY or not (jumped or fault):
             return
         if self._doubts.misleads:
-            self._give_up(f"{fault}, which leads it astray; landing it there", State.LAND)
+            self._note_failure(f"{fault}, which leads it astray; away from the wall and landing it there")
+            self._enter_or_land(State.LEAVE)
         elif self.state is not State.RETURN:
             self._note_failure(f"{jumped or fault}: away from the wall and home")
-            self._begin_return()
+            self._enter_or_land(State.RETURN)
         elif fault and self._s.elapsed_s > _RECKONS_S:
             self._give_up(f"{fault} still, and it no longer knows where it is; landing it there", State.LAND)
-        elif jumped and not fault:
+        elif jumped and not fault and self._s.follower is not None:
             self._s.tell("warning", f"{jumped}; going on home from there")
-            self._begin_return()
+            follower = self._s.follower
+            follower.reference = follower.reference.shifted(*self._doubts.shift_ned_m)
+
+    def _watch_height(self) -> None:
+        """Away from the wall and down, not home over the building, as soon as it cannot hold its height."""
+        s = self._s
+        if self.state not in _FLIES or s.follower is None:
+            return
+        if (why := self._sinking.look(s.now_us, s.follower.below_m, s.follower.climb_mps)) is not None:
+            self._note_failure(f"{why}; away from the wall and landing it there")
+            self._enter_or_land(State.LEAVE)
 
     def _watch_following(self) -> None:
         s = self._s
@@ -489,9 +504,9 @@ class Session:
             self._row.enter(s)
         s.tell("info", state.value)
 
-    def _begin_return(self) -> None:
+    def _enter_or_land(self, state: State) -> None:
         try:
-            self._enter(State.RETURN)
+            self._enter(state)
         except MavspiralError as refusal:
             self._give_up(f"{refusal}; landing", State.LAND)
 

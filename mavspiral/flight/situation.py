@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Route", "Situation", "WayHome"]
 
+_SAGS_M = 0.5
+"""What a Return loses of its height on the way: the bundled ArduCopter 0.1 m, an estimate that wanders more."""
+
 Route = Callable[[FloatArray], Trajectory]
 """The trajectory for a home at `(3,)` in the plan's ENU, or a refusal."""
 
@@ -86,6 +89,13 @@ class Situation:
         """Path time on the trajectory; NaN while not on it."""
         on_it = self.follower is not None and self.follower.reference is self.reference
         return self.follower.pace.path_t_s if on_it and self.follower else math.nan
+
+    @property
+    def safe_return_m(self) -> float:
+        """How high over its home, where it stands now, its own Return must fly: a little more, for no Return is level."""
+        assert self.to_vehicle is not None
+        home_enu_m = self.to_vehicle.position_enu_m(self.vehicle.position_ned_m)
+        return self.config.safe_height_enu_m + _SAGS_M - float(home_enu_m[2])
 
     def tell(self, severity: str, text: str) -> None:
         """Add to the events."""

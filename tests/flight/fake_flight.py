@@ -90,6 +90,12 @@ def way_home(start_enu_m, end_enu_m, yaw_enu_rad):
     return Trajectory((line("home-1", start_enu_m, end_enu_m, yaw_enu_rad),))
 
 
+def leaving_first(start_enu_m, end_enu_m, yaw_enu_rad):
+    away_enu_m = start_enu_m + np.array([6.0, 0.0, 0.0])
+    leave = line("leave-1", start_enu_m, away_enu_m, yaw_enu_rad)
+    return Trajectory((leave, *way_home(away_enu_m, end_enu_m, yaw_enu_rad).legs))
+
+
 def make_session(config=None, route=make_trajectory, **kwargs):
     kwargs.setdefault("way_home", way_home)
     return Session(route, LocalFrame(PLAN_ORIGIN), config or SessionConfig(), **kwargs)

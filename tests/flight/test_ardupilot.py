@@ -236,7 +236,7 @@ def test_what_loss_would_do_is_said_and_so_is_a_return_below_the_building():
     assert flight.session.outcome.ok
     assert flight.told("if the link is lost: nothing, it holds where it is")
     assert flight.told("GUID_TIMEOUT = 3 s")
-    assert flight.told("RTL_ALT), maybe through the building; set it to 43 or more")
+    assert flight.told("RTL_ALT), maybe through the building; set it to 44 or more")
 
 
 def test_with_safe_parameters_nothing_is_warned_of():
@@ -262,7 +262,7 @@ SAFE = {
     "GUID_TIMEOUT": 1.0,
     "FS_GCS_ENABLE": 1.0,
     "SYSID_MYGCS": 245.0,
-    "RTL_ALT": 4300.0,
+    "RTL_ALT": 4400.0,
     "RTL_CONE_SLOPE": 0.0,
 }
 

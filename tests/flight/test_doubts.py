@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from fake_flight import fly, make_session, split
+from fake_flight import fly, leaving_first, make_session, split
 from fake_px4 import OFFBOARD
 
 from mavspiral.flight.doubts import Doubts
@@ -119,15 +119,38 @@ def test_a_receiver_that_falls_silent_is_as_good_as_none(px4):
     begin_us = px4.track[-1][0]
     fly_on(session, px4)
     told = next(event for event in session.events if "its GPS is silent" in event.text)
-    assert 2.4e6 < told.t_us - begin_us < 3.2e6 and session.outcome.exit_code == 1
+    assert 1.0e6 < told.t_us - begin_us < 1.6e6 and session.outcome.exit_code == 1
 
 
-def test_fixes_that_stand_still_land_it_at_once(px4):
-    session = make_session()
+def silent_after(*, positions_kept=1.0, every_s=0.2):
+    """How long after its last word a receiver of one word `every_s` counts as silent, where that share of the positions comes."""
+    doubts = Doubts(1.5)
+    for k in range(6000):
+        t_s = k / 50
+        if (0.37 * k) % 1.0 < positions_kept:
+            doubts.heard(LocalPosition(20 * k, 3.0 * t_s, 0.0, 0.0, 3.0, 0.0, 0.0))
+        if t_s < 60.0 and k % round(50 * every_s) == 0:
+            doubts.heard(GpsFix(3, 19.0 + 1e-5 * t_s, -99.0))
+        if doubts.fault:
+            return t_s - 60.0
+    return None
+
+
+def test_a_receiver_is_silent_sooner_on_a_link_that_loses_nothing():
+    assert silent_after() == pytest.approx(1.0, abs=0.6)
+    assert silent_after(positions_kept=0.7) == pytest.approx(2.4, abs=0.6), "so many words may be lost"
+    assert silent_after(every_s=1.0) == pytest.approx(2.0, abs=0.7), "one word a second is no silence"
+
+
+def test_fixes_that_stand_still_land_it_soon_and_away_from_the_wall(px4):
+    session = make_session(way_home=leaving_first)
     fly(session, px4, until=until_path(session, 30))
     px4.frozen_place, begin_us = px4.origin, px4.track[-1][0]
+    fly_on(session, px4, until=lambda: session.state is State.LEAVE)
+    assert 0.9e6 < px4.track[-1][0] - begin_us < 1.8e6
+    east_m = px4.position[1]
     fly_on(session, px4, until=lambda: session.state is State.LAND)
-    assert 1.8e6 < px4.track[-1][0] - begin_us < 2.4e6
+    assert px4.position[1] > east_m + 4.0 and px4.track[-1][0] - begin_us < 7.0e6
     fly_on(session, px4)
     assert "its GPS repeats itself, which leads it astray" in session.outcome.reason and not px4.armed
 
@@ -163,6 +186,11 @@ def test_a_jump_is_not_flown_after(px4):
     )
     fly_on(session, px4, each=lambda us: px4.estimate_off_ne_m.__setitem__(1, 3.0 * (us > now_us + 2e6)))
     assert "going on home from there" in " ".join(event.text for event in session.events)
+    assert [event.text for event in session.events].count("return") == 1, "the way home is not begun again"
+    steps_m = np.diff([m.y for _, m in px4.setpoints])
+    assert np.count_nonzero(steps_m > 2.5) == 1, (
+        "it is shifted by what jumped, so that the vehicle stays on it"
+    )
     assert "its position jumped by 4.0 m" in session.outcome.reason and not px4.armed
 
 

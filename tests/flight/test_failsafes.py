@@ -95,3 +95,13 @@ def test_a_vehicle_that_does_not_take_them_is_not_armed(careless):
     session = make_session(sets())
     fly(session, careless)
     assert "does not take the parameters" in session.outcome.reason and not careless.armed
+
+
+def test_what_a_failing_battery_does_is_said_and_only_where_it_does_it(px4):
+    words = "COM_LOW_BAT_ACT = 3: a battery that fails at once"
+    for acts, told in ((3, True), (0, False)):
+        px4.parameters["COM_LOW_BAT_ACT"] = acts
+        session = make_session(SessionConfig(dry_run=True))
+        fly(session, px4)
+        said = [event for event in session.events if words in event.text]
+        assert [event.severity for event in said] == ["info"] * told

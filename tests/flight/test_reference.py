@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mavspiral.flight.messages import Target
-from mavspiral.flight.reference import Reference
+from mavspiral.flight.reference import BRAKE_MPS2, Reference, braking_s
 from mavspiral.frames import GeoPoint, LocalFrame
 
 STILL = (0.0, 0.0, 0.0)
@@ -99,3 +99,36 @@ def test_extremes_are_those_of_the_plan(reference, trajectory):
     assert worst.horizontal_mps == pytest.approx(np.hypot(v[:, 0], v[:, 1]).max(), rel=1e-4)
     assert worst.climb_mps == pytest.approx(v[:, 2].max(), rel=1e-4)
     assert worst.descent_mps == pytest.approx(-v[:, 2].min(), rel=1e-4)
+
+
+def test_begun_in_flight_it_goes_on_at_that_speed_and_is_the_same_motion_once_that_is_gone(reference):
+    velocity = np.array([3.0, -2.0, 1.0])
+    begun, span_s = reference.begun_in_flight(tuple(velocity)), braking_s(tuple(velocity))
+    t_s = np.linspace(0.0, span_s, 400)
+    places = np.array([begun.at(t).position_ned_m for t in t_s])
+    speeds = np.array([begun.at(t).velocity_ned_mps for t in t_s])
+    beside = speeds - [reference.at(t).velocity_ned_mps for t in t_s]
+    assert places[0] == pytest.approx(reference.values[0, :3] - velocity * span_s / 2, abs=1e-9)
+    assert speeds[0] == pytest.approx(velocity, abs=1e-9)
+    assert np.gradient(places, t_s, axis=0)[1:-1] == pytest.approx(speeds[1:-1], abs=2e-3)
+    assert np.linalg.norm(np.gradient(beside, t_s, axis=0), axis=1).max() == pytest.approx(
+        BRAKE_MPS2, rel=0.01
+    )
+    for t in (span_s, span_s + 3.0, reference.duration_s):
+        assert begun.at(t).position_ned_m == pytest.approx(reference.at(t).position_ned_m, abs=1e-5)
+        assert begun.at(t).velocity_ned_mps == pytest.approx(reference.at(t).velocity_ned_mps, abs=1e-4)
+
+
+def test_begun_at_rest_it_is_the_motion_itself(reference):
+    assert reference.begun_in_flight(STILL) is reference
+
+
+def test_shifted_it_is_the_same_motion_elsewhere(reference):
+    there = reference.shifted(2.0, -3.0)
+    for t_s in (0.0, 7.0, 50.0):
+        was, now = reference.at(t_s), there.at(t_s)
+        assert np.subtract(now.position_ned_m, was.position_ned_m) == pytest.approx(
+            (2.0, -3.0, 0.0), abs=1e-9
+        )
+        assert now.velocity_ned_mps == pytest.approx(was.velocity_ned_mps)
+        assert now[3:] == pytest.approx(was[3:])

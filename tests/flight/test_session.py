@@ -52,6 +52,7 @@ def test_a_flight_from_connecting_to_disarming(px4):
         State.HOLD,
         State.BRAKE,
         State.RETURN,
+        State.LEAVE,
         State.OVER,
     )
     assert states == [s.value for s in State if s not in aside]

@@ -153,6 +153,8 @@ def test_a_camera_survives_a_snapshot(camera):
     for _ in range(2):
         camera.simulator.restore(state)
         ends.append(
-            camera.simulator.exchange(state.craft.vehicle.arrays[1]["nav"]["frame"][0] * 10_000 + 1_500_000, (b"",))
+            camera.simulator.exchange(
+                state.craft.vehicle.arrays[1]["nav"]["frame"][0] * 10_000 + 1_500_000, (b"",)
+            )
         )
     assert ends[0] == ends[1]
