@@ -9,6 +9,7 @@ import numpy as np
 
 from mavspiral.export.geo import trajectory_kml
 from mavspiral.export.geojson import flight_geojson
+from mavspiral.export.geotags import geo_txt, geotags_csv, photo_name
 from mavspiral.export.tables import photos_csv, trajectory_csv
 from mavspiral.export.waypoints import waypoints_text
 from mavspiral.files import write_bytes, write_json, write_text
@@ -39,7 +40,8 @@ def write_plan(inspection: Inspection, folder: Path, summary: dict[str, Any]) ->
     files = _write_missions(inspection, handover, base) | {
         "csv": write_text(base.with_name(f"{mission.name}.csv"), trajectory_csv(trajectory, frame)),
         "photos": write_text(
-            base.with_name(f"{mission.name}.photos.csv"), photos_csv(inspection.shots, frame)
+            base.with_name(f"{mission.name}.photos.csv"),
+            photos_csv(inspection.shots, frame, mission.camera.first_photo),
         ),
         "kml": write_text(
             base.with_name(f"{mission.name}.kml"), trajectory_kml(trajectory, frame, mission.name)
@@ -123,7 +125,7 @@ def _flight_picture(flight: Flight, path: Path, summary: dict[str, Any]) -> Path
 
 
 def write_live(flight: LiveFlight, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
-    """The files of a real flight by kind: what grew as it flew, npz (when it came off the ground), geotags and json.
+    """The files of a real flight by kind: what grew as it flew, npz (when it came off the ground), geotags, geo_txt and json.
 
     Each earlier flight that it went on from gets its log too, from the journal, as NAME.1.flight.npz and so on.
     """
@@ -132,10 +134,15 @@ def write_live(flight: LiveFlight, folder: Path, summary: dict[str, Any]) -> dic
     if flight.log is not None:
         names["npz"] = str(folder / f"{name}.flight.npz")
         flight.log.save(Path(names["npz"]))
-    if flight.shots is not None and len(flight.shots):
-        names["geotags"] = str(folder / f"{name}.geotags.csv")
-        frame = flight.inspection.site.heights.frame
-        write_text(Path(names["geotags"]), photos_csv(flight.shots, frame))
+    if flight.shots is not None and flight.photo_numbers:
+        first_photo, frame = (
+            flight.inspection.mission.camera.first_photo,
+            flight.inspection.site.heights.frame,
+        )
+        photos = tuple(photo_name(first_photo, n) if n >= 0 else None for n in flight.photo_numbers)
+        for kind, ending, table in (("geotags", "geotags.csv", geotags_csv), ("geo_txt", "geo.txt", geo_txt)):
+            path = write_text(folder / f"{name}.{ending}", table(flight.shots, photos, frame))
+            names[kind] = str(path)
     for number, log in enumerate(flight.earlier, start=1):
         names[f"npz_{number}"] = str(folder / f"{name}.{number}.flight.npz")
         log.save(Path(names[f"npz_{number}"]))

@@ -23,6 +23,7 @@ from mavspiral.flight.session import Session
 from mavspiral.flight.transports import open_transport
 from mavspiral.flight.wishes import Wish
 from mavspiral.inspection import Inspection
+from mavspiral.logbook.card import card_numbers
 from mavspiral.logbook.flown import LiveFlight
 from mavspiral.logbook.progress import (
     Flown,
@@ -37,6 +38,7 @@ from mavspiral.logbook.progress import (
 from mavspiral.logbook.recording import Recording
 from mavspiral.mission import Mission
 from mavspiral.planner import plan
+from mavspiral.survey.shots import Shots
 from mavspiral.survey.solids import Solids
 
 __all__ = ["fly"]
@@ -197,7 +199,18 @@ def fly(
         None if signer is None else signer.refused_n,
         shift_enu_m,
         alignment,
+        _photo_numbers(inspection, flown, shots),
     )
+
+
+def _photo_numbers(
+    inspection: Inspection, flown: tuple[Flown, ...], shots: tuple[Shots, ...]
+) -> tuple[int, ...]:
+    """Of each of the `shots`, all flights in a row; none where the camera runs by itself and nobody counts."""
+    if inspection.mission.camera.trigger == "none":
+        return ()
+    numbers = card_numbers([flight.pictures for flight in flown])
+    return tuple(number for row, posed in zip(numbers, shots, strict=True) if len(posed) for number in row)
 
 
 def _shift_enu_m(session: Session) -> FloatArray:

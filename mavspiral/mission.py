@@ -7,11 +7,12 @@ Heights are metres above `ground_amsl_m`, places are [latitude, longitude] in de
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from mavspiral.errors import InputError
 from mavspiral.mission_errors import describe
@@ -68,6 +69,17 @@ class Camera(_Table):
     min_interval_s: Annotated[float, Field(gt=0, le=60)] = 1.0
     gimbal: bool = False
     trigger: Literal["camera", "digicam", "distance", "none"] = "camera"
+    first_photo: str = "DSC00001.JPG"
+
+    @field_validator("first_photo")
+    @classmethod
+    def _counts(cls, name: str) -> str:
+        if not re.fullmatch(r"[A-Za-z0-9_-]{0,50}[0-9][A-Za-z_-]{0,9}\.[A-Za-z0-9]{1,8}", name):
+            raise ValueError(
+                f'"{name}" is no picture\'s name that can be counted on: letters, digits, _ and - with a number at the '
+                'end, and an extension, at most 64 characters. Fix: the first one on the card, e.g. "DSC00001.JPG" or "DJI_0001.JPG"'
+            )
+        return name
 
 
 class Inspection(_Table):

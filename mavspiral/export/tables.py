@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from mavspiral.export.geotags import photo_name
 from mavspiral.frames import LocalFrame, wrap_rad, yaw_enu_to_ned
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.survey.shots import Shots
@@ -15,7 +16,7 @@ COLUMNS = (
     "acceleration_east_mps2,acceleration_north_mps2,acceleration_up_mps2,yaw_ned_deg,yaw_rate_ned_dps,"
     "gimbal_pitch_deg,leg"
 )
-PHOTO_COLUMNS = "seq,t_s,lat,lon,alt_amsl_m,yaw_ned_deg,pitch_deg"
+PHOTO_COLUMNS = "name,seq,t_s,lat,lon,alt_amsl_m,yaw_ned_deg,pitch_deg"
 GRID_S = 0.1
 
 
@@ -42,14 +43,14 @@ def trajectory_csv(trajectory: Trajectory, frame: LocalFrame) -> str:
     return "\n".join(rows) + "\n"
 
 
-def photos_csv(shots: Shots, frame: LocalFrame) -> str:
-    """One row for each shot: its number from 0, path time, place, heading and pitch of the camera, up is positive."""
+def photos_csv(shots: Shots, frame: LocalFrame, first_photo: str) -> str:
+    """One row for each shot: its picture's name if none is missed, its number from 0, path time, place, heading and pitch of the camera, up is positive."""
     lat, lon, alt = frame.to_geodetic(shots.position_enu_m)
     yaw_ned_deg = np.degrees(wrap_rad(yaw_enu_to_ned(shots.yaw_enu_rad)))
     pitch_deg = np.degrees(shots.pitch_rad)
     rows = [PHOTO_COLUMNS]
     rows += [
-        f"{seq},{shots.t_s[seq]:.3f},{lat[seq]:.8f},{lon[seq]:.8f},{alt[seq]:.3f},"
+        f"{photo_name(first_photo, seq)},{seq},{shots.t_s[seq]:.3f},{lat[seq]:.8f},{lon[seq]:.8f},{alt[seq]:.3f},"
         f"{yaw_ned_deg[seq] + 0.0:.2f},{pitch_deg[seq] + 0.0:.2f}"
         for seq in range(len(shots))
     ]

@@ -9,7 +9,7 @@ most one record torn, the last; reading ends there, and writing goes on there.
     P  JSON   where it is placed: the vehicle's origin, the legs, when the inspection begins
     R  rows   of the flight log, 19 doubles each (`Recorder`)
     E  JSON   an event: [t_us, severity, text]
-    S  JSON   pictures: [shot, the vehicle's seconds] each
+    S  JSON   pictures: [shot, the vehicle's seconds, the camera's number] each
     Z  JSON   the flight is over: {"ok": …, "reason": …}
 """
 

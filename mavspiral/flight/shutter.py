@@ -53,10 +53,11 @@ class ShotOrders:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One that was taken: of which shot (-1 where nobody knows), and when by the vehicle's clock."""
+    """One that was taken: of which shot, when by the vehicle's clock, and its number by the camera; -1 where nobody knows."""
 
     shot: int
     vehicle_s: float
+    image_index: int = -1
 
 
 @dataclass(slots=True)
@@ -135,7 +136,7 @@ class Shutter:
             if message.taken and (self._newest is None or message.image_index > self._newest):
                 unheard_n = -1 if self._newest is None else message.image_index - self._newest - 1
                 self._newest = message.image_index
-                self._taken(message.time_boot_ms * 1e-3, unheard_n)
+                self._taken(message.time_boot_ms * 1e-3, unheard_n, message.image_index)
             elif message.taken and self._doubted and message.image_index == self._before:
                 self._taken_before(message.time_boot_ms * 1e-3)
         elif isinstance(message, CommandAck):
@@ -153,10 +154,10 @@ class Shutter:
             elif message.command == self._s.profile.gimbal(0.0)[0]:
                 self._tilted = True
 
-    def _taken(self, vehicle_s: float, unheard_n: int) -> None:
+    def _taken(self, vehicle_s: float, unheard_n: int, image_index: int) -> None:
         """A picture was taken then, and `unheard_n` others since the last that was told; -1 where none was."""
         if self._orders.trigger == "distance":
-            self.pictures.append(Picture(-1, vehicle_s))
+            self.pictures.append(Picture(-1, vehicle_s, image_index))
             return
         before = [order for order in self._open if order.vehicle_s <= vehicle_s + _EARLY_S]
         if not before:
@@ -172,7 +173,7 @@ class Shutter:
             else:
                 self._s.tell("warning", f"shot {order.shot + 1} was not taken")
         self._open.remove(this)
-        self.pictures.append(Picture(this.shot, vehicle_s))
+        self.pictures.append(Picture(this.shot, vehicle_s, image_index))
 
     def _ask_before(self) -> bytes:
         if not self._doubted or self._s.now_us < self._before_due_us:
@@ -188,7 +189,7 @@ class Shutter:
         """The picture before the first that was told was taken then: ours, or one that was on the card already."""
         ours = [order for order in self._doubted if order.vehicle_s <= vehicle_s + _EARLY_S]
         if ours:
-            self.pictures.append(Picture(ours[-1].shot, vehicle_s))
+            self.pictures.append(Picture(ours[-1].shot, vehicle_s, self._before))
             self._doubted.remove(ours[-1])
         if self._before == 0 or len(ours) < 2:
             self._deny_doubted()

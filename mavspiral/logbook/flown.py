@@ -171,7 +171,8 @@ class LiveFlight:
 
     Coverage and `inspected_s`, to where of the inspection's own time it came, are of the `earlier` flights too that it went
     on from; `left_s` are the stretches that are left, where it did not come or shots were missed; `sorties_left_n` counts what was left before it, itself among them.
-    `shots` are all that were taken, where the vehicle said that it was (the log's places are in the plan as it lay), `pictures_n` those of this flight; `missed_shots` were commanded and never taken.
+    `shots` are all that were taken, where the vehicle said that it was (the log's places are in the plan as it lay), `photo_numbers` how many pictures lie before each
+    of them on the camera's card (-1: nobody can say; empty where the camera runs by itself), `pictures_n` those of this flight; `missed_shots` were commanded and never taken.
     `shift_enu_m` (3,) is by how much the plan lay elsewhere, None if it was not aligned, `alignment` what was measured for it.
     `refused_n` frames were not signed with our key, or had come before; None on a link that is not signed.
     """
@@ -198,6 +199,7 @@ class LiveFlight:
     refused_n: int | None = None
     shift_enu_m: FloatArray | None = None
     alignment: Alignment | None = None
+    photo_numbers: tuple[int, ...] = ()
 
     @property
     def _left(self) -> tuple[str, ...]:

@@ -23,6 +23,12 @@ standoff_m = 12.0
 """
 
 BAD = [
+    (
+        "focal_length_mm = 8.8",
+        'focal_length_mm = 8.8\nfirst_photo = "my first, DSC1.JPG"',
+        ['[camera] first_photo: "my first, DSC1.JPG"', "number at the end", "Fix", "DJI_0001.JPG"],
+    ),
+    ("focal_length_mm = 8.8", 'focal_length_mm = 8.8\nfirst_photo = "DSC.JP2"', ["number at the end"]),
     ("standoff_m = 12.0", "standoff_m = -3", ["[inspection] standoff_m = -3", "greater than 0", "Fix"]),
     ("standoff_m = 12.0", "standoff_m = nan", ["standoff_m = nan", "finite"]),
     ("standoff_m = 12.0", 'standoff_m = "12"', ['standoff_m = "12"', "must be a number"]),

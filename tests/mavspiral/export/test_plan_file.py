@@ -58,6 +58,25 @@ def test_the_keys_that_the_loaders_demand(planned, autopilot):
     assert (verdict.autopilot, verdict.errors, verdict.warnings) == (autopilot, (), ())
 
 
+@pytest.mark.parametrize("name", ["kiosk", "asilo"])
+def test_the_rally_point_stands_above_home_clear_of_everything_and_of_what_lies_under_a_return(planned, name):
+    inspection = planned(name)
+    ((lat, lon, above_home_m),) = document(inspection)["rallyPoints"]["points"]
+    home = inspection.home_enu_m
+    frame, heights = inspection.site.heights.frame, inspection.site.heights
+    rally = frame.to_enu(np.array([lat]), np.array([lon]), frame.geo_point(home).alt_amsl_m + above_home_m)
+    assert np.allclose(rally[0, :2], home[:2], atol=0.05)
+    east, north, up_m = rally[0]
+    # Against every cell as a column of its height, by hand.
+    tall = np.argwhere(heights.height_agl_m > 0.0)
+    middle = np.asarray(heights.origin_enu_m) + (tall[:, ::-1] + 0.5) * heights.cell_m
+    aside_m = np.maximum(np.hypot(*(middle - [east, north]).T) - heights.cell_m, 0.0)
+    above_m = np.maximum(up_m - heights.height_agl_m[tall[:, 0], tall[:, 1]], 0.0)
+    assert np.hypot(aside_m, above_m).min() >= inspection.clearance_required_m
+    assert up_m - heights.height_agl_m.max() >= inspection.clearance_required_m - 1e-3
+    assert up_m <= inspection.mission.limits.ceiling_m
+
+
 def test_pymavlink_reads_the_waypoints_file(planned, tmp_path):
     mission = made(planned("kiosk"))
     path = tmp_path / "kiosk.waypoints"
