@@ -90,6 +90,10 @@ def test_killed_in_mid_inspection_it_resumes_and_every_wall_is_seen(start_vehicl
     assert summary["inspected"]["flights"] == 2
     assert summary["coverage"]["walls"] > 0.99
     _, second = read_journal(tmp_path / "kiosk.journal")
+    taken_n = len(killed.pictures) + len(second.pictures)
+    for table, blank in ((summary["files"]["geotags"], ","), (summary["files"]["geo_txt"], " ")):
+        named = [line.split(blank)[0] for line in Path(table).read_text().splitlines()[1:]]
+        assert named == [f"DSC{number:05d}.JPG" for number in range(1, taken_n + 1)]
     assert 0.0 < second.begin["begin_s"] < second.begin["end_s"] and second.end["ok"]
     for number in ("", ".1"):
         assert (tmp_path / f"kiosk{number}.flight.npz").stat().st_size > 10_000
