@@ -23,7 +23,7 @@ from mavspiral.flight.session import Session
 from mavspiral.flight.transports import open_transport
 from mavspiral.flight.wishes import Wish
 from mavspiral.inspection import Inspection
-from mavspiral.logbook.flown import LiveFlight
+from mavspiral.logbook.live_flight import LiveFlight
 from mavspiral.logbook.progress import (
     Flown,
     Progress,
