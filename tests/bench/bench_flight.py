@@ -1,13 +1,14 @@
 """What a step of the streamer costs, in processor time.
 
-Run: PYTHONPATH=. python tests/bench/bench_flight.py
+Run: python tests/bench/bench_flight.py
 """
 
 import sys
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "flight"))
+sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
 
 import numpy as np
 from fake_flight import HOME, PLAN_ORIGIN, VEHICLE_ORIGIN, fly, make_session, make_trajectory
