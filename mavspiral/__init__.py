@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from mavspiral.frames import GeoPoint, LocalFrame
     from mavspiral.inspection import Inspection
     from mavspiral.live import fly
-    from mavspiral.logbook.flown import Flight, LiveFlight
+    from mavspiral.logbook.flown import Flight
+    from mavspiral.logbook.live_flight import LiveFlight
     from mavspiral.mission import Mission, load_mission
     from mavspiral.motion.trajectory import Trajectory, TrajectoryState
     from mavspiral.planner import plan
@@ -55,7 +56,7 @@ _ROOMS = {
     "GeoPoint": "frames",
     "HeightMap": "shape.heightmap",
     "InputError": "errors",
-    "LiveFlight": "logbook.flown",
+    "LiveFlight": "logbook.live_flight",
     "Inspection": "inspection",
     "LimitError": "errors",
     "LinkError": "errors",

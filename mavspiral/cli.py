@@ -1,4 +1,4 @@
-"""The verbs. Only they exit, and only they print, by `terminal`.
+"""The verbs. Only they exit, and they print by `terminal`; only `main` has lines of its own, on stderr.
 
 Exit codes: 0 it holds · 1 it was worked out and does not hold · 2 the input contradicts itself or cannot be
 read · 3 nobody at the other end of the link.
@@ -15,12 +15,28 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from mavspiral.errors import InputError, LimitError, MavspiralError
-from mavspiral.terminal import failures_as_json, must_be_asked, stage_bar, tell, tell_json, tell_verdict
+from mavspiral.arguments import (
+    Connect,
+    Json,
+    MissionFile,
+    OfAutopilot,
+    Out,
+    Signing,
+    autopilot_named,
+    place_named,
+)
+from mavspiral.errors import MavspiralError
+from mavspiral.terminal import (
+    failures_as_json,
+    must_be_asked,
+    stage_bar,
+    tell,
+    tell_json,
+    tell_uploaded,
+    tell_verdict,
+)
 
 if TYPE_CHECKING:
-    from mavspiral.flight.autopilots import Autopilot
-    from mavspiral.live import Place
     from mavspiral.mission import Mission
 
 __all__ = ["app", "main"]
@@ -38,29 +54,6 @@ STOPPED = 130
 
 UsageError: Any = typer.BadParameter.__base__
 """Of click, whether typer imports it or brings its own."""
-
-MissionFile = Annotated[Path, typer.Argument(help="The mission file (TOML).", show_default=False)]
-
-
-def _named(folder: str) -> Path:
-    if not folder.strip():
-        raise typer.BadParameter("it names no folder, . is this one")
-    return Path(folder)
-
-
-Out = Annotated[
-    Path | None,
-    typer.Option(
-        "--out", parser=_named, metavar="PATH", help="The folder for the files; by default out/NAME."
-    ),
-]
-OfAutopilot = Annotated[
-    str | None,
-    typer.Option(
-        "--autopilot", help="px4 or ardupilot; by default the mission's, in `fly` the vehicle's own."
-    ),
-]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
 
 def main() -> None:
@@ -151,7 +144,7 @@ def simulate(
             wind_mps=wind,
             gusts=gust,
             faults=tuple(fault or ()),
-            autopilot=_autopilot(autopilot),
+            autopilot=autopilot_named(autopilot),
             via=via,
             set_failsafes=set_failsafes,
         )
@@ -165,15 +158,10 @@ def simulate(
 @app.command()
 def fly(
     mission: MissionFile,
-    connect: Annotated[
-        str,
-        typer.Option("--connect", help="The vehicle, as MAVSDK or pymavlink spell it: udpin://0.0.0.0:14540"),
-    ],
+    connect: Connect,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Do everything but arm.")] = False,
     rate: Annotated[float, typer.Option("--rate", help="Setpoints a second.", min=10.0, max=100.0)] = 50.0,
-    signing: Annotated[
-        Path | None, typer.Option("--signing", help="A key file: sign all, and refuse what is not signed.")
-    ] = None,
+    signing: Signing = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on where the flights in NAME.journal ended.")
     ] = False,
@@ -210,7 +198,7 @@ def fly(
     brief = _load(mission)
     judge_url(connect)
     key = None if signing is None else read_key(signing)
-    align_at, dialect = None if align is None else _place(align), _autopilot(autopilot)
+    align_at, dialect = None if align is None else place_named(align), autopilot_named(autopilot)
     if not (yes or dry_run):
         must_be_asked(f"fly {brief.name}", f"--yes, if the vehicle at {connect} may take off")
     elif align_at is not None and not yes:
@@ -273,13 +261,8 @@ def upload(
     source: Annotated[
         Path, typer.Argument(help="A .plan, or a mission file (TOML) to plan first.", show_default=False)
     ],
-    connect: Annotated[
-        str,
-        typer.Option("--connect", help="The vehicle, as MAVSDK or pymavlink spell it: udpin://0.0.0.0:14540"),
-    ],
-    signing: Annotated[
-        Path | None, typer.Option("--signing", help="A key file: sign all, and refuse what is not signed.")
-    ] = None,
+    connect: Connect,
+    signing: Signing = None,
     as_json: Json = False,
 ) -> None:
     """Upload mission, fence and rally points, read them back and compare them item by item."""
@@ -291,60 +274,21 @@ def upload(
 
     judge_url(connect)
     key = None if signing is None else read_key(signing)
-    document = _planned_document(source) if source.suffix == ".toml" else read_plan_json(source)
+    if source.suffix == ".toml":
+        from mavspiral.handover import the_document
+        from mavspiral.planner import plan as make_plan
+
+        document = the_document(make_plan(_load(source)))
+    else:
+        document = read_plan_json(source)
     with Console(quiet=as_json) as console:
         uploaded = upload_plan(document, connect, signing_key=key, on_event=console.say)
     if as_json:
         tell_json(uploaded.summary())
     else:
-        for line in uploaded.differences:
-            print(line)
-        print(
-            f"{source.name}: {uploaded.items} items, {uploaded.fence} of the fence, {uploaded.rally} rally points: "
-            f"{uploaded.outcome.reason}"
-        )
+        tell_uploaded(source, uploaded)
     if uploaded.outcome.exit_code:
         raise typer.Exit(uploaded.outcome.exit_code)
-
-
-def _planned_document(path: Path) -> dict[str, Any]:
-    from mavspiral.handover import inspection_documents, inspection_missions
-    from mavspiral.planner import plan as make_plan
-
-    inspection = make_plan(_load(path))
-    handover = inspection_missions(inspection)
-    if handover.refusals:
-        raise LimitError(f"{path}: {handover.refusals[0]}")
-    documents = inspection_documents(inspection, handover)
-    if len(documents) > 1:
-        raise InputError(
-            f"{path}: the mission is in {len(documents)} sorties. Fix: `mavspiral plan`, then upload the .plan of the one to fly"
-        )
-    return documents[0]
-
-
-def _autopilot(name: str | None) -> Autopilot | None:
-    from mavspiral.flight.autopilots import PROFILES
-
-    if name is None:
-        return None
-    for known in PROFILES:
-        if name == known:
-            return known
-    raise InputError(f"--autopilot {name!r} is not known. Fix: one of {', '.join(PROFILES)}")
-
-
-def _place(text: str) -> Place:
-    """What --align says."""
-    if text == "home":
-        return "home"
-    try:
-        lat_deg, lon_deg = map(float, text.split(","))
-        if not (abs(lat_deg) <= 90.0 and abs(lon_deg) <= 180.0):
-            raise ValueError(text)
-    except ValueError:
-        raise InputError(f"--align {text!r} is no place. Fix: LAT,LON in degrees, or home") from None
-    return lat_deg, lon_deg
 
 
 def _load(path: Path) -> Mission:

@@ -22,7 +22,8 @@ from mavspiral.show.rows import flight_rows, plan_rows
 from mavspiral.show.skin import Skin
 
 if TYPE_CHECKING:
-    from mavspiral.logbook.flown import Flight, LiveFlight
+    from mavspiral.logbook.flown import Flight
+    from mavspiral.logbook.live_flight import LiveFlight
 
 __all__ = ["write_flight", "write_live", "write_plan"]
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mavspiral.errors import LimitError
+from mavspiral.errors import InputError, LimitError
 from mavspiral.export.camera_items import camera_orders, shot_stops_s
 from mavspiral.export.fences import SafeArea, safe_area
 from mavspiral.export.fitting import AROUND_S, AUTO_SLOWER, Fit, fitted
@@ -29,7 +29,14 @@ from mavspiral.survey.shots import Shots
 from mavspiral.survey.solids import Solids
 from mavspiral.tour.sorties import OVERLAP_SHOTS_N, Sortie, shots_on
 
-__all__ = ["AutoSortie", "Handover", "inspection_documents", "inspection_missions", "mission_warnings"]
+__all__ = [
+    "AutoSortie",
+    "Handover",
+    "inspection_documents",
+    "inspection_missions",
+    "mission_warnings",
+    "the_document",
+]
 
 SORTIES_MAX = 24
 """Into more a stretch is not cut."""
@@ -115,6 +122,24 @@ def inspection_documents(inspection: Inspection, handover: Handover) -> tuple[di
         )
         for number, auto in enumerate(handover.sorties, start=1)
     )
+
+
+def the_document(inspection: Inspection) -> dict[str, Any]:
+    """The one `.plan` that flies all of the inspection.
+
+    Raises:
+        LimitError: a stretch of it has no mission.
+        InputError: it takes more than one.
+    """
+    path, handover = inspection.mission.path, inspection_missions(inspection)
+    if handover.refusals:
+        raise LimitError(f"{path}: {handover.refusals[0]}")
+    documents = inspection_documents(inspection, handover)
+    if len(documents) > 1:
+        raise InputError(
+            f"{path}: the mission is in {len(documents)} sorties. Fix: `mavspiral plan`, then upload the .plan of the one to fly"
+        )
+    return documents[0]
 
 
 def mission_warnings(handover: Handover, items_max: int) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ from mavspiral.flight.transports import open_transport
 from mavspiral.flight.wishes import Wish
 from mavspiral.inspection import Inspection
 from mavspiral.logbook.card import card_numbers
-from mavspiral.logbook.flown import LiveFlight
+from mavspiral.logbook.live_flight import LiveFlight
 from mavspiral.logbook.progress import (
     Flown,
     Progress,

@@ -17,8 +17,17 @@ from mavspiral.errors import InputError, LimitError
 if TYPE_CHECKING:
     from mavspiral.export.check import Verdict
     from mavspiral.mission import Mission
+    from mavspiral.uploads import Uploaded
 
-__all__ = ["failures_as_json", "must_be_asked", "stage_bar", "tell", "tell_json", "tell_verdict"]
+__all__ = [
+    "failures_as_json",
+    "must_be_asked",
+    "stage_bar",
+    "tell",
+    "tell_json",
+    "tell_uploaded",
+    "tell_verdict",
+]
 
 PATIENCE_S = 1.0
 
@@ -56,6 +65,16 @@ def tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str]
     files = sorted(summary.get("files", {}).values())
     if files:
         console.print(Text(f"wrote {len(files)} files to {Path(files[0]).parent}", "dim"), soft_wrap=True)
+
+
+def tell_uploaded(source: Path, uploaded: Uploaded) -> None:
+    """Prints in what the vehicle's mission differs from ours, a line each, and how much of it was uploaded."""
+    for line in uploaded.differences:
+        print(line)
+    print(
+        f"{source.name}: {uploaded.items} items, {uploaded.fence} of the fence, {uploaded.rally} rally points: "
+        f"{uploaded.outcome.reason}"
+    )
 
 
 def tell_verdict(path: Path, verdict: Verdict) -> None:

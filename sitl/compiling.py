@@ -19,7 +19,8 @@ import numpy as np
 from sitl.airframe import RECEIVERS, load_airframe
 from sitl.autopilot.memory import NOTHING
 from sitl.estimator.ekf import ALIGN_FRAMES, Ekf
-from sitl.estimator.model import HAS_BARO, HAS_FIX, HAS_MAG, HORIZON_FRAMES, new_nav, report
+from sitl.estimator.error_state import report
+from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, HORIZON_FRAMES, new_nav
 from sitl.kernels import is_compiled
 from sitl.loop import live
 from sitl.params import Params

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import Final
 
 __all__ = [
-    "FAULT_NAMES",
     "BaroStep",
     "BatteryLevel",
     "Fault",
@@ -235,8 +234,6 @@ _KINDS: Final[Mapping[str, _Kind]] = {
     ),
     "delay": _Kind(_delay, "0 to 60000 ms", "delay=200ms", needs_start=False),
 }
-FAULT_NAMES: Final = tuple(_KINDS)
-"""What may stand before the `=`."""
 
 _SPEC = re.compile(
     r"(?P<name>[a-z_]+)(=(?P<value>[^@+]+))?(@(?P<start>\d{1,7}(\.\d{0,6})?)s?)?(\+(?P<duration>\d{1,7}(\.\d{0,6})?)s?)?"

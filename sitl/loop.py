@@ -11,7 +11,7 @@ import numpy as np
 
 from sitl.autopilot.cascade import DEMAND, GAINS, MIND, control, detect_ground
 from sitl.autopilot.rate import filter_gyro
-from sitl.estimator.model import HAS_BARO, HAS_FIX, HAS_MAG, IMU_S, NAV, RING, advance_horizon, tick
+from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, IMU_S, NAV, RING, advance_horizon, tick
 from sitl.geo import GRAVITY_MPS2
 from sitl.kernels import kernel
 from sitl.physics.battery import PACK, drain

@@ -12,7 +12,8 @@ import numpy as np
 from sitl.airframe import RECEIVERS, Airframe, Receiver, Senses
 from sitl.autopilot.cascade import new_mind, set_demand, set_gains
 from sitl.estimator.ekf import Ekf
-from sitl.estimator.model import EKF2_HORIZON_FRAMES, new_nav, report, vibration
+from sitl.estimator.error_state import report
+from sitl.estimator.strapdown import EKF2_HORIZON_FRAMES, new_nav, vibration
 from sitl.faults import Fault
 from sitl.geo import dipole_field
 from sitl.kernels import prepared

@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 # Each line may import the lines below it, never a neighbour on its own line.
 MAVSPIRAL = """
 cli
-deliver terminal console
+deliver terminal console arguments
 closedloop live
 logbook handover uploads
 show planner

@@ -44,7 +44,6 @@ class Link:
         self.now_us = 0
         self.vehicle: tuple[int, int] | None = None
         self.arrivals: Counter[int] = Counter()  # of the vehicle's messages, by MAVLink message id
-        self.late_n = 0
         self._tap = tap
         self._signer = signer
         self._newest_seq: int | None = None
@@ -68,7 +67,6 @@ class Link:
             elif (system_id, component_id) == self.vehicle:
                 newest = self._newest_seq
                 if newest is not None and (newest - seq) % 256 < LATE_N:
-                    self.late_n += 1
                     continue
                 self._newest_seq = seq
                 self.arrivals[kind.message_id] += 1

@@ -15,7 +15,8 @@ from mavspiral.flight.schedule import StreamFigures
 from mavspiral.flight.session import Session
 from mavspiral.frames import GeoPoint, yaw_ned_to_enu
 from mavspiral.inspection import Inspection
-from mavspiral.logbook.flown import Flight, log_along, pictures_along
+from mavspiral.logbook.along import log_along, pictures_along
+from mavspiral.logbook.flown import Flight
 from mavspiral.logbook.progress import captured_shots
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.survey.shots import Shots

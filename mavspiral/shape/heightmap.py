@@ -112,11 +112,6 @@ class Site:
         """Heights of the building's cells, 0 elsewhere."""
         return np.where(self.building, np.maximum(self.heights.height_agl_m, 0.0), 0.0)
 
-    @property
-    def obstacle_height_m(self) -> FloatArray:
-        """Heights of what is not the building, 0 elsewhere."""
-        return np.where(self.building, 0.0, np.maximum(self.heights.height_agl_m, 0.0))
-
     def padded(self, margin_m: float) -> Site:
         """The same site with at least `margin_m` of empty ground added on every side.
 

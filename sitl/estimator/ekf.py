@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitl.airframe import Receiver, Senses
+from sitl.estimator.error_state import STATES, mag_expected, mag_jacobian, process_noise
 from sitl.estimator.filters import KernelFilter
 from sitl.estimator.fusion import (
     ALONE_FRAMES,
@@ -29,19 +30,8 @@ from sitl.estimator.fusion import (
     fuse_frame,
     reset_to,
 )
-from sitl.estimator.model import (
-    HAS_BARO,
-    HAS_FIX,
-    HAS_MAG,
-    PREDICT_S,
-    RING,
-    STATES,
-    catch_up,
-    mag_expected,
-    mag_jacobian,
-    process_noise,
-)
 from sitl.estimator.observer import follow
+from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, PREDICT_S, RING, catch_up
 from sitl.geo import GRAVITY_MPS2, geodetic_of_ned, ned_of_geodetic
 from sitl.kernels import FloatArray, Triple, prepared
 from sitl.params import Params

@@ -7,7 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sitl.estimator.model import PREDICT_S, STATES, inject, predict_covariance
+from sitl.estimator.error_state import STATES, inject, predict_covariance
+from sitl.estimator.strapdown import PREDICT_S
 from sitl.kernels import FloatArray, kernel
 
 __all__ = ["KernelFilter", "gated_update", "worst_ratio"]

@@ -8,20 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from sitl.estimator.error_state import STATES, mag_expected, mag_jacobian, predict_covariance
 from sitl.estimator.filters import gated_update
-from sitl.estimator.model import (
-    HAS_BARO,
-    HAS_FIX,
-    HAS_MAG,
-    PREDICT_S,
-    RING,
-    STATES,
-    catch_up,
-    mag_expected,
-    mag_jacobian,
-    predict_covariance,
-)
 from sitl.estimator.observer import follow
+from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, PREDICT_S, RING, catch_up
 from sitl.geo import ned_of_geodetic
 from sitl.kernels import FloatArray, kernel
 

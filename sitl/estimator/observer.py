@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sitl.estimator.model import IMU_S, PREDICT_S, RING, catch_up
+from sitl.estimator.strapdown import IMU_S, PREDICT_S, RING, catch_up
 from sitl.kernels import kernel
 from sitl.rotation import multiply
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
+from sitl.estimator.error_state import STATES, inject, transition
 from sitl.estimator.filters import worst_ratio
-from sitl.estimator.model import PREDICT_S, STATES, inject, transition
+from sitl.estimator.strapdown import PREDICT_S
 from sitl.kernels import FloatArray
 
 __all__ = ["StockFilter"]

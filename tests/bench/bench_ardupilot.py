@@ -3,16 +3,20 @@
 The circle has 10 m and is flown at 3 m/s in GUIDED, setpoints at 50 Hz; horizontal RMS of LOCAL_POSITION_NED against the
 commanded path over the second lap and a half, and the heading's error.
 
-PYTHONPATH=. python tests/bench/bench_ardupilot.py
+python tests/bench/bench_ardupilot.py
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from sitl.airframe import Airframe, load_airframe
 from sitl.params import Params

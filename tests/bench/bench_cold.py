@@ -1,6 +1,6 @@
 """The first run after installing, measured: what numba compiles, and how long until something is ready.
 
-PYTHONPATH=. python tests/bench/bench_cold.py [--totals]
+python tests/bench/bench_cold.py [--totals]
 
 Processor seconds are those of all processes together; wall seconds mean something on a free machine alone.
 """
@@ -18,6 +18,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT))
 TORRE = ("missions/torre.toml", "--out")
 WAITS_FOR = "ready to arm"
 

@@ -1,6 +1,6 @@
 """The estimator's consistency over 100 seeds: mean NEES and NIS and their 95 % bounds. Prints one table.
 
-PYTHONPATH=. python tests/bench/bench_consistency.py
+python tests/bench/bench_consistency.py
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "sitl"))
+sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "sitl"))
 from consistency import DISARMED, DOF, STATES, as_modelled, bounds, demand, error, fly
 
 from sitl.airframe import load_airframe

@@ -1,10 +1,13 @@
-"""Sight, measured: 100 000 patches from 500 shots, one core. `PYTHONPATH=. python tests/bench/bench_coverage.py`."""
+"""Sight, measured: 100 000 patches from 500 shots, one core. `python tests/bench/bench_coverage.py`."""
 
 import math
+import sys
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from mavspiral import load_mission, plan
 from mavspiral.frames import GeoPoint, LocalFrame

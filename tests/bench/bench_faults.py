@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
 from mavspiral import load_mission, plan
 from mavspiral.closedloop import simulate
 from mavspiral.flight.autopilots import Autopilot

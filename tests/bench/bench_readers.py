@@ -1,4 +1,4 @@
-"""How long each reader takes for the same building: `PYTHONPATH=. python tests/bench/bench_readers.py [CELL_M]`.
+"""How long each reader takes for the same building: `python tests/bench/bench_readers.py [CELL_M]`.
 
 A podium with a tower and a neighbour, written in every format; processor time, the best of five. What the reader
 allocates at its peak, beyond what was there before, is that of Python and numpy.
@@ -13,6 +13,8 @@ import time
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from mavspiral.shape.readers import MapRequest, read_site
 

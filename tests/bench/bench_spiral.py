@@ -1,9 +1,13 @@
-"""Median milliseconds by stage, from a site to a spiral: run with PYTHONPATH=. from the top."""
+"""Median milliseconds by stage, from a site to a spiral: `python tests/bench/bench_spiral.py`."""
 
+import sys
 from functools import partial
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from mavspiral.curve.gaze import inward_gaze
 from mavspiral.curve.spiral import plan_spiral

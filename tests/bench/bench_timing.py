@@ -1,16 +1,19 @@
-"""What jerk costs, and how long it takes to work out: `PYTHONPATH=. python tests/bench/bench_timing.py`.
+"""What jerk costs, and how long it takes to work out: `python tests/bench/bench_timing.py`.
 
 `toppra` is the time of toppra's TOPP-RA under the same limits, jerk aside: |p″b + p′a| ≤ A is a disc in the plane of p′ and
 p″, given to its seidel solver as a 128-gon about that disc, wider by 0.03 % at the most. `off` is ours without jerk against it.
 """
 
 import runpy
+import sys
 import time
 from dataclasses import astuple
 from pathlib import Path
 
 import numpy as np
 import toppra
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from mavspiral import load_mission, plan
 from mavspiral.curve.line import LinePath

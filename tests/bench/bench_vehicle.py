@@ -1,6 +1,6 @@
 """The vehicle alone, measured: real-time factor, compile time, tracking of PX4's circle. Prints one table.
 
-PYTHONPATH=. python tests/bench/bench_vehicle.py
+python tests/bench/bench_vehicle.py
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "sitl"))
+sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "sitl"))
 import sih
 
 from sitl.airframe import load_airframe

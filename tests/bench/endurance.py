@@ -1,6 +1,6 @@
 """Memory of the bundled vehicle over a long simulated time, its links talking, faster than real time.
 
-PYTHONPATH=. python tests/bench/endurance.py [--hours 24] [--links 2]
+python tests/bench/endurance.py [--hours 24] [--links 2]
 
 It takes off, flies OFFBOARD circles by setpoints at 20 Hz, lands and disarms every ten minutes, on a battery that never
 empties. The offboard link sends at PX4's own rates, 400 messages a second; with --links 2 the ground station's too,
@@ -13,10 +13,13 @@ import argparse
 import dataclasses
 import gc
 import math
+import sys
 import time
 from pathlib import Path
 
 from pymavlink.dialects.v20 import common as mavlink
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from sitl.airframe import load_airframe
 from sitl.params import Params

@@ -1,6 +1,6 @@
 """One vehicle at real time with MAVSDK attached: its real-time factor, its share of a core, its memory. One table.
 
-PYTHONPATH=. python tests/bench/real_time.py [--minutes 10]
+python tests/bench/real_time.py [--minutes 10]
 
 The vehicle hovers in a process of its own and MAVSDK listens to what PX4 sends unasked. Its clock is read off its
 messages and compared with this machine's.
@@ -15,6 +15,7 @@ import sys
 import time
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[2]))
 sys.path.insert(0, str(Path(__file__).parents[1] / "clients"))
 from conftest import free_instance, launch, stop
 from mavsdk import ComponentType, Configuration, Mavsdk

@@ -15,6 +15,7 @@ from pathlib import Path
 from unittest import mock
 
 ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT))
 MISSIONS = ("torre", "asilo", "kiosk")
 RUNS = 5
 

@@ -11,12 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
 from mavspiral import load_mission, plan
 from mavspiral.closedloop import Via, simulate
 from mavspiral.flight.autopilots import PROFILES, Autopilot
 from mavspiral.frames import wrap_rad
 from mavspiral.handover import inspection_missions
-from mavspiral.logbook.flown import Flight, log_along
+from mavspiral.logbook.along import log_along
+from mavspiral.logbook.flown import Flight
 
 ROOT = Path(__file__).parents[2]
 GRID_S = 0.05

@@ -1,6 +1,6 @@
 """No flake: closed-loop flights of the kiosk, a seed each, every one flown twice and compared bit by bit.
 
-PYTHONPATH=. python tests/bench/thousand.py [--flights 1000] [--processes 2]
+python tests/bench/thousand.py [--flights 1000] [--processes 2]
 
 It is planned once, by the process that the others are forked from.
 """
@@ -11,6 +11,7 @@ import argparse
 import hashlib
 import multiprocessing
 import statistics
+import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
@@ -18,6 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT))
 MISSION = ROOT / "missions" / "kiosk.toml"
 
 

@@ -15,7 +15,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from sitl.airframe import RECEIVERS, Airframe
-from sitl.estimator.model import OUTPUT_S, transition
+from sitl.estimator.error_state import transition
+from sitl.estimator.strapdown import HORIZON_FRAMES, PREDICT_S
 from sitl.geo import ned_of_geodetic
 from sitl.params import Params
 from sitl.rotation import multiply
@@ -25,6 +26,8 @@ from sitl.vehicle import Vehicle, VehicleConfig
 STATES = 15
 DOF = {"position": 3, "velocity": 3, "baro": 1, "mag": 3}
 _NOTHING = (math.nan,) * 3
+_AHEAD_S = (HORIZON_FRAMES - 1) * PREDICT_S
+"""How far the output lies ahead of the horizon."""
 
 
 class Flown(NamedTuple):
@@ -79,7 +82,7 @@ def error(one: Vehicle) -> tuple[np.ndarray, np.ndarray]:
         ]
     )
     nav = one._ekf.nav[0]
-    F = transition(q, nav["mean_force"], nav["mean_rate"], OUTPUT_S)
+    F = transition(q, nav["mean_force"], nav["mean_rate"], _AHEAD_S)
     P = F @ one._ekf.filter.P @ F.T
     P[range(3), range(3)] += one._ekf.wander_m2(one._frame)
     return e, P

@@ -10,16 +10,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from mavspiral.errors import InputError
 from mavspiral.export.aiming import aim_over
 from mavspiral.export.check import check_document
 from mavspiral.export.corners import ACCEPTANCE_M, CUT_M, acceptance_m, cut_lines_m
 from mavspiral.export.fences import exclusion_fences_enu_m, fence_enu_m, safe_area
 from mavspiral.export.items import mission_items
-from mavspiral.export.own_plan import read_own_plan
 from mavspiral.export.thinning import LEAD_S, Tolerance, thin
 from mavspiral.frames import GeoPoint, LocalFrame, wrap_rad
 from mavspiral.handover import inspection_documents, inspection_missions, mission_warnings
+from mavspiral.mission import Mission
 from mavspiral.shape.heightmap import HeightMap, Site
 from mavspiral.tour.sorties import OVERLAP_SHOTS_N
 
@@ -282,24 +281,19 @@ def test_intervals_change_where_the_plans_do(planned):
     assert len(due_s) <= pictures <= 1.6 * len(due_s)
 
 
-def test_our_own_plan_is_read_back_without_loss(planned):
+def test_our_own_plan_says_what_it_was_made_from_and_when_it_is_where(planned):
     kiosk = planned("kiosk")
     fit = inspection_missions(kiosk)
     (document,) = inspection_documents(kiosk, fit)
     plan = json.loads(json.dumps(document, allow_nan=False))
-    own = read_own_plan(plan, kiosk.mission.path)
-    assert own is not None
-    assert own.mission == kiosk.mission
-    assert own.sortie == (1, 1)
-    for item, t_s in zip(plan["mission"]["items"], own.item_t_s, strict=True):
+    notes = plan["mavspiral"]
+    again = Mission.model_validate_json(json.dumps(notes["mission"]))
+    assert again.model_copy(update={"path": kiosk.mission.path}) == kiosk.mission
+    assert notes["sortie"] == [1, 1]
+    for item, t_s in zip(plan["mission"]["items"], notes["item_t_s"], strict=True):
         assert (t_s is not None) == (item["command"] in (16, 22))
-    again = fit.missions[0].thinned.t_s
-    assert [t for t in own.item_t_s if t is not None] == pytest.approx(again, abs=1e-3)
-    plan["mission"]["items"].pop()
-    with pytest.raises(InputError, match="changed after"):
-        read_own_plan(plan)
-    del plan["mavspiral"]
-    assert read_own_plan(plan) is None
+    placed_s = [t_s for t_s in notes["item_t_s"] if t_s is not None]
+    assert placed_s == pytest.approx(fit.missions[0].thinned.t_s, abs=1e-3)
 
 
 def test_the_fence_keeps_its_margin(planned):

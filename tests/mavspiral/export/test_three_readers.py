@@ -13,9 +13,9 @@ from pymavlink import mavwp
 from pymavlink.dialects.v20 import common
 
 from mavspiral.export.check import check_document
-from mavspiral.export.own_plan import read_own_plan
 from mavspiral.export.waypoints import waypoints_text
 from mavspiral.handover import inspection_documents, inspection_missions
+from mavspiral.mission import Mission
 
 MISSIONS = sorted(path.stem for path in (Path(__file__).parents[3] / "missions").glob("*.toml"))
 PLACED = (16, 22, 195)
@@ -53,9 +53,10 @@ def test_they_find_in_it_what_was_put_there(planned, mission_raw, tmp_path, name
         verdict = check_document(json.loads(text))
         assert (verdict.autopilot, verdict.errors) == (autopilot, ())
         assert all("items: " in line for line in verdict.warnings)  # how many boards hold
-        own = read_own_plan(json.loads(text), inspection.mission.path)
-        assert own is not None
-        assert (own.mission, own.sortie) == (inspection.mission, (number, len(documents)))
+        notes = json.loads(text)["mavspiral"]
+        assert notes["sortie"] == [number, len(documents)]
+        again = Mission.model_validate_json(json.dumps(notes["mission"]))
+        assert again.model_copy(update={"path": inspection.mission.path}) == inspection.mission
 
         theirs = mission_raw[autopilot].import_qgroundcontrol_mission_from_string(text)
         home_n = 1 if autopilot == "ardupilot" else 0  # its list begins with home

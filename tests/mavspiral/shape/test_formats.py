@@ -43,7 +43,7 @@ def judge(answer, stepped, reach_m, missing_m=0.0):
     assert np.array_equal(building[clear], (true >= 12.0)[clear])
     assert np.allclose(stepped.frame.point_enu_m(site.heights.frame.origin)[:2], 0.0, atol=CELL_M)
     assert site.heights.frame.origin.alt_amsl_m == stepped.ground_m
-    assert site.obstacle_height_m.max() == pytest.approx(9.0, abs=0.06)
+    assert site.heights.height_agl_m[~site.building].max() == pytest.approx(9.0, abs=0.06)
     assert (
         1200.0
         <= site.building.sum() * site.heights.cell_m**2 + 1e-6

@@ -106,7 +106,7 @@ def test_neighbours_are_obstacles_and_far_ones_are_left_out(tmp_path):
     far = feature(box(900, 0, 10, 10), "far", building="yes", height="30")
     site = read(write(tmp_path, mine, near, far), at=(LAT, LON)).site
     assert site.heights.sample([40.0, 0.0]) == 30.0
-    assert site.obstacle_height_m.max() == 30.0
+    assert site.heights.height_agl_m[~site.building].max() == 30.0
     assert site.building_height_m.max() == 10.0
     assert site.heights.shape[1] * 0.25 < 100.0
 
@@ -115,7 +115,7 @@ def test_a_neighbour_without_a_height_is_taken_to_be_tall_and_said(tmp_path):
     mine = feature(box(0, 0, 10, 10), "mine", building="yes", height="10")
     near = feature(box(30, 0, 10, 10), "near", building="yes")
     answer = read(write(tmp_path, mine, near), id="mine")
-    assert answer.site.obstacle_height_m.max() == 10.0
+    assert answer.site.heights.height_agl_m[~answer.site.building].max() == 10.0
     assert "near" in answer.warnings[0]
 
 
@@ -126,7 +126,7 @@ def test_parts_without_an_outline_are_one_building_where_they_touch(tmp_path):
     for wanted in ({"at": (LAT, LON)}, {"id": "high"}):
         site = read(write(tmp_path, low, high, away), **wanted).site
         assert site.building_height_m.max() == 30.0
-        assert site.obstacle_height_m.max() == 50.0
+        assert site.heights.height_agl_m[~site.building].max() == 50.0
 
 
 def test_the_id_of_a_part_means_its_building(tmp_path):
@@ -134,7 +134,7 @@ def test_the_id_of_a_part_means_its_building(tmp_path):
     tower = feature(box(5, 5, 10, 10), "t", building__part="yes", height="50")
     podium = feature(box(0, 0, 40, 40), "p", building__part="yes", height="12")
     site = read(write(tmp_path, outline, tower, podium), id="t").site
-    assert site.obstacle_height_m.max() == 0.0
+    assert site.heights.height_agl_m[~site.building].max() == 0.0
     assert site.building_height_m.max() == 50.0
 
 

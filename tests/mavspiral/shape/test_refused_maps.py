@@ -135,7 +135,8 @@ def test_a_crossing_neighbour_is_taken_to_be_larger(tmp_path, stepped):
 
     answer = read(city(tmp_path, stepped, cross), stepped)
     assert any("crosses itself" in w for w in answer.warnings)
-    assert (answer.site.obstacle_height_m > 8.9).sum() * 0.25 >= 64.0
+    site = answer.site
+    assert (site.heights.height_agl_m[~site.building] > 8.9).sum() * 0.25 >= 64.0
 
 
 def test_a_taller_neighbour_at_a_party_wall_does_not_raise_the_building(tmp_path, stepped):
@@ -146,7 +147,7 @@ def test_a_taller_neighbour_at_a_party_wall_does_not_raise_the_building(tmp_path
 
     site = read(city(tmp_path, stepped, against), stepped).site
     assert site.building_height_m.max() == pytest.approx(30.0)
-    assert site.obstacle_height_m.max() > 100.0
+    assert site.heights.height_agl_m[~site.building].max() > 100.0
 
 
 def test_refusals_of_surface_models(tmp_path, stepped):

@@ -1,15 +1,16 @@
 import numpy as np
 import pytest
 
-from sitl.estimator import model as m
+from sitl.estimator import error_state as m
 from sitl.estimator.filters import KernelFilter, worst_ratio
 from sitl.estimator.stock import StockFilter
+from sitl.estimator.strapdown import new_nav
 
 RNG = np.random.default_rng(11)
 
 
 def twins():
-    nav = m.new_nav()
+    nav = new_nav()
     nav["mean_q"] = 0.5
     nav["mean_force"], nav["mean_rate"] = (0.3, -0.2, -9.7), (0.1, 0.2, -0.3)
     noise = m.process_noise(7e-3, 2e-4, 1e-4, 1e-5, 0.01)

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from sitl.estimator import model as m
+from sitl.estimator import error_state as m
+from sitl.estimator.strapdown import new_nav, propagate
 from sitl.rotation import exponential, multiply
 
 RNG = np.random.default_rng(8)
@@ -26,7 +27,7 @@ def minus(a, b):
 def moved(nominal, sample, dt):
     p, v, q = nominal[0:3].copy(), nominal[3:6].copy(), nominal[6:10].copy()
     force, rate = sample[:3] - nominal[13:16], sample[3:] - nominal[10:13]
-    m.propagate(p, v, q, tuple(force), tuple(rate), dt)
+    propagate(p, v, q, tuple(force), tuple(rate), dt)
     return np.concatenate([p, v, q, nominal[10:]])
 
 
@@ -60,7 +61,7 @@ def test_the_magnetometers_jacobian_equals_finite_differences(seed):
 
 
 def random_nav():
-    nav = m.new_nav()
+    nav = new_nav()
     nav["mean_q"] = random_nominal()[6:10]
     nav["mean_force"], nav["mean_rate"] = RNG.standard_normal(3) * 9.0, RNG.standard_normal(3)
     return nav
@@ -92,5 +93,5 @@ def test_strapdown_follows_a_steady_turn_exactly_enough():
     p, v, q = np.array([10.0, 0.0, 0.0]), np.array([0.0, 3.0, 0.0]), np.array([1.0, 0.0, 0.0, 0.0])
     for _ in range(2000):
         mean = np.sin(w * dt / 2.0) / (w * dt / 2.0)  # of the centripetal force over a sample, in the body
-        m.propagate(p, v, q, (-0.9 * mean, 0.0, -9.80665), (0.0, 0.0, w), dt)
+        propagate(p, v, q, (-0.9 * mean, 0.0, -9.80665), (0.0, 0.0, w), dt)
     np.testing.assert_allclose(p, (10.0 * np.cos(3.0), 10.0 * np.sin(3.0), 0.0), atol=5e-3)
