@@ -15,7 +15,6 @@ from typing import Literal
 
 import numpy as np
 
-from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError, LimitError
 from mavspiral.flight.auto_flight import AutoFlight
 from mavspiral.flight.autopilots import PROFILES, Autopilot
@@ -38,6 +37,7 @@ from sitl.compiling import compiled_beside
 from sitl.faults import Fault, parse_fault
 from sitl.params import Params
 from sitl.rotation import to_yaw
+from sitl.signals import Estimate, TruthState
 from sitl.signals import GeoPoint as VehiclePoint
 from sitl.simulator import Simulator, SimulatorConfig
 from sitl.vehicle import VehicleConfig
@@ -263,29 +263,28 @@ class _Witness:
 
     def __init__(self, simulator: Simulator) -> None:
         self._simulator = simulator
-        self._seen: list[tuple[int | FloatArray, ...]] = []
+        self._truths: list[TruthState] = []
+        self._beliefs: list[Estimate] = []
 
     def note(self) -> None:
         """Take the present state."""
-        truth, belief = self._simulator.truth, self._simulator.estimate
-        place, speed, q = truth.position_ned_m, truth.velocity_ned_mps, truth.q_ned_frd
-        self._seen.append(
-            (truth.time_us, place, speed, q, belief.position_ned_m, belief.position_variance_m2)
-        )
+        self._truths.append(self._simulator.truth)
+        self._beliefs.append(self._simulator.estimate)
 
     def seen(self) -> Seen:
         """All that was noted; the vehicle must have found itself by now."""
-        time_us, position, velocity, q, believed, variance = map(np.array, zip(*self._seen, strict=True))
+        truth = TruthState(0, np.array([truth.numbers for truth in self._truths]))
+        belief = self._beliefs[-1]._replace(numbers=np.array([belief.numbers for belief in self._beliefs]))
         report = self._simulator.report
         origin = report.origin
         assert origin is not None, "a flight without an EKF origin"
         return Seen(
-            time_us=time_us,
-            position_ned_m=position,
-            velocity_ned_mps=velocity,
-            yaw_ned_rad=np.array([to_yaw(tuple(one)) for one in q.tolist()]),
-            believed_ned_m=believed,
-            variance_ned_m2=variance,
+            time_us=np.array([truth.time_us for truth in self._truths]),
+            position_ned_m=truth.position_ned_m,
+            velocity_ned_mps=truth.velocity_ned_mps,
+            yaw_ned_rad=np.array([to_yaw(tuple(q)) for q in truth.q_ned_frd.tolist()]),
+            believed_ned_m=belief.position_ned_m,
+            variance_ned_m2=belief.position_variance_m2,
             believed_origin=GeoPoint(origin.lat_deg, origin.lon_deg, origin.alt_amsl_m),
             battery_used=1.0 - report.instruments.battery.remaining,
         )

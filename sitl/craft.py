@@ -82,7 +82,8 @@ class Craft:
 
     def live(self, until_us: int, demand: Demand) -> None:
         """Do what the commander asks, until then or until something happens that it must see; for a frame at least."""
-        self.vehicle.advance(max(until_us, self.time_us + FRAME_US), demand, alert=True)
+        until_us = max(until_us, self.time_us + FRAME_US)
+        self.vehicle.advance(until_us, demand, alert=True, onward=self.commander.onward)
         self.time_us = self.vehicle.time_us
         self.run = self.commander.run
         self._watch()

@@ -135,6 +135,9 @@ class Vehicle:
         self._pack, self._sensed = world["pack"][0], world["sensed"][0]
         self._nav, self._mind = brain["nav"][0], brain["mind"][0]
         self._on_ground = brain["mind"]["on_ground"]
+        self._asked = (
+            brain["demand"].view("u1").data
+        )  # kept: to describe a record's bytes takes numpy a microsecond
         self._frame = self.time_us = 0
         self._demand: Demand | None = None
         self._received = True
@@ -156,30 +159,45 @@ class Vehicle:
         self._forget_beliefs()
         set_gains(self._brain["gains"], params, self.config.airframe)
 
-    def advance(self, until_us: int, demand: Demand, *, alert: bool = False) -> None:
+    def advance(
+        self,
+        until_us: int,
+        demand: Demand,
+        *,
+        alert: bool = False,
+        onward: Callable[[int], Demand] | None = None,
+    ) -> None:
         """Live until `until_us`, which is rounded down to whole frames, under one demand.
 
-        Alert, it looks up as soon as it has lost or found the ground, or its position.
+        Alert, it looks up as soon as it has lost or found the ground, or its position. A demand that moves goes
+        `onward` from frame to frame: to what is asked from that time on.
         """
         if demand is not self._demand:
-            set_demand(self._brain["demand"], demand)
-            self._demand = demand
-        ekf, end = self._ekf, until_us // FRAME_US
+            self._obey(demand)
+        ekf, begin, end = self._ekf, self._frame, until_us // FRAME_US
         records = self._world, self._brain, self._noise
         live_on = self._live = self._live or partial(prepared(live, *records, True), *records)
-        alert = alert and end > self._frame + 1
+        alert = alert and end > begin + 1
         grounded, known = alert and self.on_ground, alert and self.knows_position
-        for frame in range(self._frame, end):
+        for frame in range(begin, end):
+            if alert and frame > begin:
+                self._forget_beliefs()
+                if self.knows_position is not known or self.on_ground is not grounded:
+                    break
+            if onward is not None and frame > begin:
+                self._obey(onward(frame * FRAME_US))
             if frame % BLOCK_FRAMES == 0:
                 self._draw()
             if frame in self._fault_frames:
                 self._apply_faults(frame)
             ekf.step(frame + 1, live_on(self._received))
             self._frame = frame + 1
-            self._forget_beliefs()
-            if alert and (self.knows_position is not known or self.on_ground is not grounded):
-                break
+        self._forget_beliefs()
         self.time_us = self._frame * FRAME_US
+
+    def _obey(self, demand: Demand) -> None:
+        set_demand(self._asked, demand)
+        self._demand = demand
 
     def _draw(self) -> None:
         """Noise for the next block of frames, each sense (and the gusts) from its own generator."""

@@ -119,12 +119,12 @@ MIND = np.dtype(
 """What the cascade remembers and last decided."""
 
 
-def set_demand(record: np.ndarray, demand: Demand) -> None:
-    """Write `demand` into a DEMAND."""
+def set_demand(place: memoryview, demand: Demand) -> None:
+    """Write `demand` into a DEMAND, of which these are the bytes."""
     setpoint = demand.setpoint
     attitude = setpoint.attitude
     _DEMAND_NUMBERS.pack_into(
-        record.data,
+        place,
         0,
         demand.armed,
         demand.idle,

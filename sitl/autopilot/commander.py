@@ -144,7 +144,7 @@ class Commander(Pilot[CommanderState]):
         """What the cascade shall do until the next frame."""
         state, now_us = self._state, condition.time_us
         undisturbed = now_us < self.holds_until_us and condition.knows_position and not condition.on_ground
-        if undisturbed and state.steering is not None:
+        if undisturbed and state.armed and state.steering is not None:
             return self._demanded(state.steering)
         self.holds_until_us = 0
         if state.home is None:
@@ -155,7 +155,9 @@ class Commander(Pilot[CommanderState]):
             self._watch_ground_station(condition)
         if state.armed:
             self._watch_ground(condition)
+        next_look_us = now_us - now_us % _LOOK_US + _LOOK_US
         if not state.armed:
+            self.holds_until_us = 0 if self._is_expectant() else next_look_us
             return _DISARMED
         if now_us % _LOOK_US == 0:
             self._remark(condition, watch_charge(state, condition, self.parameters))
@@ -170,8 +172,8 @@ class Commander(Pilot[CommanderState]):
             state.course = None
             return self._demanded(descent(self.parameters))
         if conduct is Mode.OFFBOARD and state.steering is not None:
-            if not self._is_expectant(condition):
-                self.holds_until_us = min(int(lost_us), now_us - now_us % _LOOK_US + _LOOK_US)
+            if not (condition.on_ground or self._is_expectant()):
+                self.holds_until_us = min(int(lost_us), next_look_us)
             return self._demanded(state.steering)
         return self._demanded(proceed(state, condition, FRAME_S, self.parameters))
 
@@ -278,11 +280,11 @@ class Commander(Pilot[CommanderState]):
             self._flying = Demand(armed=True, idle=False, setpoint=setpoint)
         return self._flying
 
-    def _is_expectant(self, condition: Condition) -> bool:
+    def _is_expectant(self) -> bool:
         """Whether something beside setpoints and battery may change within frames."""
         state = self._state
         waits = state.home is None or state.payload.is_waiting or state.for_charge is not None
-        return waits or self.has_news or condition.on_ground
+        return waits or self.has_news
 
     def _watch_ground_station(self, condition: Condition) -> None:
         heard_us, limit_s = self._state.ground_heard_us, self.parameters["COM_DL_LOSS_T"]

@@ -15,7 +15,7 @@ from sitl.autopilot.auto import Auto, begin_auto
 from sitl.autopilot.auto_items import AutoItem, navigates
 from sitl.autopilot.copter_failsafe import LOOK_US, watch
 from sitl.autopilot.copter_fence import watch_fence
-from sitl.autopilot.copter_memory import PREARM_US, CopterState, knows_place, notify, stand_down
+from sitl.autopilot.copter_memory import PLACE_US, PREARM_US, CopterState, knows_place, notify, stand_down
 from sitl.autopilot.copter_modes import COPTER_MODES
 from sitl.autopilot.copter_orders import carry_out, steer
 from sitl.autopilot.fence import fence_parts
@@ -75,7 +75,9 @@ class Copter(Pilot[CopterState]):
 
     def command(self, condition: Condition) -> Demand:
         """What the cascade shall do until the next frame."""
-        state = self._state
+        state, now_us = self._state, condition.time_us
+        next_look_us = now_us - now_us % LOOK_US + LOOK_US
+        self.holds_until_us, self.onward = 0, None
         if not state.told_place and knows_place(condition):
             state.told_place = True
             state.home = state.home or home_of(condition)
@@ -84,16 +86,20 @@ class Copter(Pilot[CopterState]):
             self._shoot(condition)
         if state.armed:
             self._watch_ground(condition)
-            if condition.time_us % LOOK_US == 0:
+            if now_us % LOOK_US == 0:
                 self._look(condition)
         if not state.armed:
+            self.holds_until_us = 0 if self._is_expectant(now_us) else next_look_us
             return _DISARMED
         if not self._may_fly(condition):
             if not isinstance(state.going, Guided):
                 state.going = None
             return _IDLE
-        state.setpoint = self._proceed(condition, FRAME_S)
-        return Demand(armed=True, idle=False, setpoint=self._as_the_cascade_takes_it(state.setpoint))
+        demand = self._demanded(self._proceed(condition, FRAME_S))
+        streamed = isinstance(state.going, Guided) and state.going.trip is None
+        if streamed and not (condition.on_ground or self._is_expectant(now_us)):
+            self.holds_until_us, self.onward = next_look_us, self._guided_on
+        return demand
 
     def status(self, condition: Condition) -> FlightStatus:
         """What the commander says of itself."""
@@ -148,6 +154,23 @@ class Copter(Pilot[CopterState]):
                 acceleration_ned_mps2=(0.0, 0.0, 0.0),
             )
         return setpoint
+
+    def _guided_on(self, now_us: int) -> Demand:
+        """The demand of the next frame while nothing happens: GUIDED's target moves by itself."""
+        state = self._state
+        assert isinstance(state.going, Guided)
+        state.going = state.going.moved(now_us, FRAME_S, self.parameters, state.speeds)
+        return self._demanded(state.going.setpoint)
+
+    def _demanded(self, setpoint: Setpoint) -> Demand:
+        self._state.setpoint = setpoint
+        return Demand(armed=True, idle=False, setpoint=self._as_the_cascade_takes_it(setpoint))
+
+    def _is_expectant(self, now_us: int) -> bool:
+        """Whether something beside the target and what it looks for may change within frames."""
+        state = self._state
+        finds_place = not state.told_place and now_us >= PLACE_US
+        return finds_place or state.payload.is_waiting or self.has_news
 
     def _moved_home(self, going: Auto, item: PlanItem, condition: Condition) -> Auto:
         """DO_SET_HOME in a mission: the heights that follow count from the new one."""

@@ -12,11 +12,21 @@ from sitl.autopilot.smart import Trail
 from sitl.autopilot.trip import Speeds, Trip
 from sitl.orders import Condition, Mode, Notice, Severity, Verdict
 
-__all__ = ["PREARM_US", "Alarms", "CopterState", "FenceRun", "knows_place", "notify", "refuse", "stand_down"]
+__all__ = [
+    "PLACE_US",
+    "PREARM_US",
+    "Alarms",
+    "CopterState",
+    "FenceRun",
+    "knows_place",
+    "notify",
+    "refuse",
+    "stand_down",
+]
 
 PREARM_US = 23_000_000
 """From then on its own checks are content; it knows its place only later."""
-_PLACE_US = 41_000_000
+PLACE_US = 41_000_000
 """When "EKF3 IMU0 is using GPS" was seen: arming in GUIDED failed until then."""
 
 
@@ -100,7 +110,7 @@ def stand_down(state: CopterState, condition: Condition) -> None:
 
 def knows_place(condition: Condition) -> bool:
     """Whether it would fly by its position."""
-    if condition.time_us < _PLACE_US or condition.origin is None:
+    if condition.time_us < PLACE_US or condition.origin is None:
         return False
     return condition.fix_age_us <= _LOST_US
 

@@ -8,9 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from enum import Enum, auto
+from functools import lru_cache
+from operator import itemgetter
 from typing import NamedTuple
 
-from sitl.autopilot.glide import Glide, start_glide
+from sitl.autopilot.glide import Glide, GlideLimits, start_glide
 from sitl.autopilot.shaping import shape_position, shape_velocity, shape_yaw
 from sitl.autopilot.trip import Speeds, Trip, climb, speeds_of, vertical_limits, yaw_limits
 from sitl.orders import Condition, TurnTo
@@ -20,6 +22,35 @@ __all__ = ["Guided", "begin_guided"]
 
 _ALONG_FROM = 0.05
 """Of the greatest speed: slower than that the nose does not turn along the way."""
+
+
+_LIMITING = (
+    "WPNAV_SPEED",
+    "WPNAV_SPEED_UP",
+    "WPNAV_SPEED_DN",
+    "WPNAV_ACCEL",
+    "WPNAV_ACCEL_Z",
+    "PSC_JERK_XY",
+    "PSC_JERK_Z",
+    "ATC_SLEW_YAW",
+    "ATC_ACCEL_Y_MAX",
+    "ATC_INPUT_TC",
+)
+_limiting = itemgetter(*_LIMITING)
+
+
+class _Limits(NamedTuple):
+    """How fast the target may move and turn: `vertical` in acceleration and jerk, `yaw` as `shape_yaw` takes it."""
+
+    most: GlideLimits
+    vertical: tuple[float, float]
+    yaw: tuple[float, float, float]
+
+
+@lru_cache(maxsize=64)  # asked in every frame, and hardly ever anew
+def _limits_by(speeds: Speeds, *values: float) -> _Limits:
+    parameters = dict(zip(_LIMITING, values, strict=True))
+    return _Limits(speeds_of(speeds, parameters), vertical_limits(parameters), yaw_limits(parameters))
 
 
 class _Aim(Enum):
@@ -103,16 +134,19 @@ class Guided(NamedTuple):
         if self.trip is not None:
             trip = self.trip.step(condition, dt_s, parameters, speeds)
             return self._replace(trip=trip, glide=trip.glide)
-        if dt_s <= 0.0:
-            return self
-        late = condition.time_us - self.told_us > 1e6 * parameters["GUID_TIMEOUT"]
+        return self.moved(condition.time_us, dt_s, parameters, speeds)
+
+    def moved(self, now_us: int, dt_s: float, parameters: Mapping[str, float], speeds: Speeds) -> Guided:
+        """The streamed target `dt_s` later: it needs no look at the vehicle."""
+        late = now_us - self.told_us > 1e6 * parameters["GUID_TIMEOUT"]
         goal = _at_rest(self.goal) if late else _moved(self.goal, dt_s)
-        glide = _shaped(self.glide, goal, self.aim, parameters, speeds, dt_s)
+        limits = _limits_by(speeds, *_limiting(parameters))
+        glide = _shaped(self.glide, goal, self.aim, limits, dt_s)
         yaw_goal, yaw_rate_goal = goal.yaw_ned_rad, goal.yaw_rate_ned_radps
         if self.along:
             yaw_goal, yaw_rate_goal = _along(glide, parameters)
         error = math.remainder(yaw_goal - glide.yaw_ned_rad, math.tau)
-        rate = shape_yaw(error, yaw_rate_goal, glide.yaw_rate_ned_radps, yaw_limits(parameters), dt_s)
+        rate = shape_yaw(error, yaw_rate_goal, glide.yaw_rate_ned_radps, limits.yaw, dt_s)
         yaw = math.remainder(glide.yaw_ned_rad + rate * dt_s, math.tau)
         return Guided(Glide(*glide[:6], yaw, rate), goal, self.aim, self.told_us, self.along)
 
@@ -150,12 +184,9 @@ def _at_rest(goal: Glide) -> Glide:
     )
 
 
-def _shaped(
-    glide: Glide, goal: Glide, aim: _Aim, parameters: Mapping[str, float], speeds: Speeds, dt: float
-) -> Glide:
-    most = speeds_of(speeds, parameters)
+def _shaped(glide: Glide, goal: Glide, aim: _Aim, limits: _Limits, dt: float) -> Glide:
+    most, (accel_z, jerk_z) = limits.most, limits.vertical
     accel, jerk = most.acceleration_mps2, most.jerk_mps3
-    accel_z, jerk_z = vertical_limits(parameters)
     p, v, a = glide.position_m, glide.velocity_mps, glide.acceleration_mps2
     down, down_v, down_a = glide.down_m, glide.down_speed_mps, glide.down_acceleration_mps2
     if aim in (_Aim.VELOCITY, _Aim.REST):

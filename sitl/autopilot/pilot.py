@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Generic, TypeVar
 
 from sitl.autopilot.memory import PilotState
 from sitl.orders import Notice, Shot
 from sitl.plans import MissionRun, Plans
+from sitl.signals import Demand
 
 __all__ = ["Pilot"]
 
@@ -21,6 +23,8 @@ class Pilot(Generic[StateT]):
         self._state = state
         self.holds_until_us = 0
         """Until when its last word holds, or the latest setpoint instead: while ground and position are neither lost nor found."""
+        self.onward: Callable[[int], Demand] | None = None
+        """What it asks from that time on while its last word holds, where that moves from frame to frame."""
 
     @property
     def armed(self) -> bool:

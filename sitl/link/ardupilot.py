@@ -106,9 +106,11 @@ class ArduPilotLink:
                     out += self._codec.encode(answer)
         return out
 
-    def due_us(self, _: Helm) -> int:
-        """When there will be something to send unasked; zero is at once. ArduCopter decides anew in each frame."""
-        return 0
+    def due_us(self, helm: Helm) -> int:
+        """When there will be something to send unasked, unless something happens before; zero is at once."""
+        if self._greets or self._plans.is_busy(helm) or self._files.is_busy:
+            return 0
+        return min(self._streams.next_us, self._parameters.due_us)
 
     def send(self, helm: Helm) -> bytes:
         """What is to be sent unasked in this frame."""

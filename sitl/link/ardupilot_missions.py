@@ -68,6 +68,10 @@ class CopterPlanService:
             return []
         return handle(self, received.message, (received.system, received.component), helm)
 
+    def is_busy(self, helm: Helm) -> bool:
+        """Whether there may be something to send in this frame."""
+        return self.taking or helm.run is not self.told
+
     def proceed(self, helm: Helm) -> list[Message]:
         """What there is to send unasked in this frame: what was reached, and a request that found no answer."""
         messages: list[Message] = []

@@ -60,6 +60,11 @@ class CopterParameterService:
                 return _set(name.decode("ascii", "replace"), value, table, change)
         return []
 
+    @property
+    def due_us(self) -> int:
+        """When there will be something to send unasked; zero is at once."""
+        return self.runtime_us if self.cursor is None else 0
+
     def proceed(self, table: ParameterTable, now_us: int) -> list[Message]:
         """What there is to send unasked in this frame: the next part of a list, and how long it has run."""
         messages: list[Message] = []

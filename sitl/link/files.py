@@ -82,6 +82,11 @@ class Files:
                 return [_refusal(partner, request, _NOT_FOUND)]
         return [_refusal(partner, request, _UNKNOWN_COMMAND)]
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether there is more of a burst to send."""
+        return self.burst_at is not None
+
     def proceed(self) -> list[Message]:
         """What there is to send of a burst in this frame."""
         messages: list[Message] = []
