@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from mavspiral.errors import InputError, LimitError, MavspiralError
+from mavspiral.errors import STOPPED, InputError, LimitError, MavspiralError
 from mavspiral.terminal import failures_as_json, must_be_asked, stage_bar, tell, tell_json, tell_verdict
 
 if TYPE_CHECKING:
@@ -32,9 +32,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-STOPPED = 130
-"""The exit code of Ctrl-C, as shells have it."""
 
 UsageError: Any = typer.BadParameter.__base__
 """Of click, whether typer imports it or brings its own."""
