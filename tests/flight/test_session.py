@@ -464,6 +464,10 @@ def test_a_refused_route_is_told_in_its_own_words(px4):
         (lambda p: p.parameters.update(MPC_XY_VEL_MAX=1.0), "MPC_XY_VEL_MAX allows 1.00"),
         (lambda p: setattr(p, "battery_pct", 12), "battery at 12 %"),
         (lambda p: setattr(p, "armed", True), "armed already"),
+        (
+            lambda p: (setattr(p, "armed", True), p.position.__setitem__(2, -10.0)),
+            "change its mode to RTL or LAND",
+        ),
     ],
 )
 def test_what_stands_against_the_flight_is_refused_on_the_ground(px4, spoil, words):
