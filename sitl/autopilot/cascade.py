@@ -32,8 +32,6 @@ __all__ = [
 
 CASCADE_S = 0.0025
 _GYRO_HZ = 200.0
-_CRAWL_MPS = 0.27
-"""Slower a landing never comes down: nine tenths of PX4's MPC_LAND_CRWL."""
 
 DEMAND = np.dtype(
     [
@@ -213,16 +211,6 @@ def _rest(mind: np.record, armed: bool, idle: float, velocity_ned_mps: FloatArra
 
 
 @kernel
-def _comes_down(demand: np.record) -> bool:
-    """Whether a landing is demanded: down at a speed, and no height to go to."""
-    return bool(
-        demand.by == _BY_POSITION
-        and math.isnan(demand.position_ned_m[2])
-        and demand.velocity_ned_mps[2] > _CRAWL_MPS
-    )
-
-
-@kernel
 def _steer_by_attitude(
     mind: np.record,
     gains: np.record,
@@ -255,8 +243,7 @@ def control(
     q_ned_frd: FloatArray,
 ) -> None:
     """One pass through the cascade: `mind.signals` is what the motors are told."""
-    touches = mind.still_s >= gains.land_time_s / 3.0 and _comes_down(demand)
-    if not demand.armed or demand.idle or touches:
+    if not demand.armed or demand.idle:
         _rest(mind, demand.armed != 0, gains.signal_idle, velocity_ned_mps)
         return
     if demand.by == _BY_POSITION:
@@ -284,24 +271,21 @@ def detect_ground(
 ) -> None:
     """Set `mind.on_ground`: little thrust and hardly any motion for LNDMC_TRIG_TIME; thrust alone lifts it.
 
-    Little is, as in PX4, below three tenths of the way from least to hover thrust. Also as in PX4, a landing
-    that does not get lower for a third of that time touches the ground, and `control` rests: who goes on
-    flying against the wind with half of his weight on his feet tips over.
+    Little is, as in PX4, below three tenths of the way from least to hover thrust.
     """
     little = gains.thrust_min + 0.3 * (gains.thrust_hover - gains.thrust_min)
     if mind.thrust > little:
+        mind.still_s = 0.0
         # On the ground until the motors carry most of the weight: a take-off not yet happened is no flight.
         if mind.thrust > 0.7 * gains.thrust_hover:
             mind.on_ground = 0
-        if not _comes_down(demand):
-            mind.still_s = 0.0
-            return
-    v, w = velocity_ned_mps, mind.rate_frd_radps
-    if abs(v[2]) >= gains.land_climb_mps or math.hypot(v[0], v[1]) >= gains.land_speed_mps:
-        mind.still_s = 0.0
         return
-    mind.still_s += dt
-    if w[0] * w[0] + w[1] * w[1] + w[2] * w[2] >= gains.land_rate_radps**2:
-        mind.still_s = min(mind.still_s, gains.land_time_s / 3.0) if _comes_down(demand) else 0.0
+    v, w = velocity_ned_mps, mind.rate_frd_radps
+    still = (
+        abs(v[2]) < gains.land_climb_mps
+        and math.hypot(v[0], v[1]) < gains.land_speed_mps
+        and w[0] * w[0] + w[1] * w[1] + w[2] * w[2] < gains.land_rate_radps**2
+    )
+    mind.still_s = mind.still_s + dt if still else 0.0
     if mind.still_s >= gains.land_time_s:
         mind.on_ground = 1
