@@ -25,7 +25,7 @@ from mavspiral.arguments import (
     autopilot_named,
     place_named,
 )
-from mavspiral.errors import MavspiralError
+from mavspiral.errors import STOPPED, MavspiralError
 from mavspiral.terminal import (
     failures_as_json,
     must_be_asked,
@@ -48,9 +48,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-STOPPED = 130
-"""The exit code of Ctrl-C, as shells have it."""
 
 UsageError: Any = typer.BadParameter.__base__
 """Of click, whether typer imports it or brings its own."""

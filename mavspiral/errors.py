@@ -10,7 +10,10 @@ Each carries one line: the thing, its value, the limit, the place and a fix. `cl
 
 from __future__ import annotations
 
-__all__ = ["InputError", "LimitError", "LinkError", "MavspiralError"]
+__all__ = ["STOPPED", "InputError", "LimitError", "LinkError", "MavspiralError"]
+
+STOPPED = 130
+"""The exit code of Ctrl-C, as shells have it."""
 
 
 class MavspiralError(Exception):

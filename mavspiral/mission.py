@@ -141,7 +141,7 @@ class Vehicle(_Table):
     autopilot: Literal["px4", "ardupilot"] = "px4"
     airframe: Literal["7inch", "camera", "x500"] = "x500"
     home: tuple[Lat, Lon] | None = None
-    home_height_m: Annotated[float, Field(ge=-500, le=1000)] = 0.0
+    home_height_m: Annotated[float, Field(ge=-100, le=1000)] = 0.0
     gps: Literal["rtk", "standard"] = "rtk"
     radius_m: Annotated[float, Field(gt=0, le=5)] = 0.4
     endurance_s: Positive = 1500.0

@@ -37,6 +37,8 @@ __all__ = ["main"]
 
 _KIOSK_HOME = "23.96028,32.8675,188.5,40"
 _WARM_UP_US = 3_000_000
+_READY_BY_US = {"px4": 15_000_000, "ardupilot": 60_000_000}
+"""Past these and the faults' ends something is wrong: healthy they are ready after 4 s and 41 s."""
 _LOWEST_M, _HIGHEST_M = -1000.0, 20_000.0
 _STRONGEST_MPS = 100.0
 _SEED_DIGITS = 18
@@ -109,11 +111,16 @@ def main(argv: list[str] | None = None) -> int:
         f"{_where(options.autopilot, options.instance)}",
         flush=True,
     )
-    ready = False
+    ready = waits = False
+    late_us = _READY_BY_US[options.autopilot] + max((f.end_us or 0 for f in options.fault), default=0)
 
     def tell() -> bool:
-        nonlocal ready
+        nonlocal ready, waits
         flight = simulator.report.flight
+        if not (ready or waits) and simulator.time_us > late_us:
+            waits = True
+            what = _awaited(simulator)
+            print(f"[{1e-6 * simulator.time_us:8.2f} s] not ready to arm: it waits for {what}", flush=True)
         if not ready and flight.ready and flight.knows_place:
             ready = True
             print(f"[{1e-6 * simulator.time_us:8.2f} s] ready to arm", flush=True)
@@ -135,6 +142,22 @@ def main(argv: list[str] | None = None) -> int:
                 f"sitl: {simulator.refused} frames refused: unsigned, wrongly signed or replayed", flush=True
             )
     return 0
+
+
+def _awaited(simulator: Simulator) -> str:
+    """What keeps it from being ready."""
+    report = simulator.report
+    if report.instruments.gps is None:
+        return "a GPS fix"
+    estimate = report.estimate
+    sound = {
+        "attitude": estimate.attitude_ok,
+        "position": estimate.position_ok,
+        "velocity": estimate.velocity_ok,
+        "height": estimate.height_ok,
+    }
+    missing = [name for name, ok in sound.items() if not ok]
+    return f"a sound {' and '.join(missing)}" if missing else "its pre-arm checks"
 
 
 def _warm_up(config: SimulatorConfig) -> None:

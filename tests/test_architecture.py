@@ -11,6 +11,7 @@ ROOT = Path(__file__).parents[1]
 
 # Each line may import the lines below it, never a neighbour on its own line.
 MAVSPIRAL = """
+__main__
 cli
 deliver terminal console arguments
 closedloop live

@@ -43,7 +43,11 @@ def _state(vehicle: Vehicle, battery_min_pct: float) -> list[Finding]:
     findings: list[Finding] = []
     if vehicle.flying:
         findings.append(
-            ("error", "the vehicle says that it is in the air; land it, mavspiral starts from the ground")
+            (
+                "error",
+                "the vehicle says that it is in the air, mavspiral starts from the ground: change its mode to RTL or LAND (`mode RTL` "
+                "in MAVProxy, or the pilot's switch), wait until it has disarmed, and ask again",
+            )
         )
     elif vehicle.armed:
         findings.append(

@@ -52,6 +52,8 @@ from mavspiral.motion.trajectory import Trajectory
 __all__ = ["Session"]
 
 _HEARTBEAT_US = 1_000_000
+_FAST = 1.5
+"""A vehicle whose clock runs this much faster than ours is simulated."""
 _ORIGIN_AGAIN_US = 5_000_000
 _WARNING = 4  # MAV_SEVERITY
 _RECKONS_S = 5.0
@@ -149,6 +151,10 @@ class Session:
                 self._out.append(self._shutter.tick())
         if self._heartbeats.take(now_us):
             self._out.append(s.link.heartbeat())
+            if s.clock.rate > _FAST:  # its failsafes count seconds of its own
+                self._heartbeats.due_us = min(
+                    self._heartbeats.due_us, now_us + round(_HEARTBEAT_US / s.clock.rate)
+                )
         send = b"".join(self._out)
         self._out.clear()
         events: tuple[Event, ...] = ()

@@ -45,6 +45,8 @@ __all__ = ["Copter"]
 _YAW_DROOP = 0.1
 """What ArduCopter's yaw rate loop leaves undone, by gains of little integral: 0.37° behind was seen at 17°/s."""
 _SPOOL_US = 1_000_000
+_CRAWL_MPS, _STILL_MPS, _TOUCH_US = 0.27, 0.25, 333_000
+"""A landing that wants to sink faster than the first and does not sink by the second has its feet on the ground."""
 _DISARMED = Demand(armed=False, idle=True, setpoint=NOTHING)
 _IDLE = Demand(armed=True, idle=True, setpoint=NOTHING)
 
@@ -96,6 +98,8 @@ class Copter(Pilot[CopterState]):
                 state.going = None
             return _IDLE
         demand = self._demanded(self._proceed(condition, FRAME_S))
+        if self._touches(condition):
+            return _IDLE
         streamed = isinstance(state.going, Guided) and state.going.trip is None
         if streamed and not (condition.on_ground or self._is_expectant(now_us)):
             self.holds_until_us, self.onward = next_look_us, self._guided_on
@@ -222,6 +226,17 @@ class Copter(Pilot[CopterState]):
         tired = delay_s > 0.0 and now_us - state.standing_since_us >= 1e6 * delay_s
         if (lands and (state.flown or tired)) or tired:
             stand_down(state, condition)
+
+    def _touches(self, condition: Condition) -> bool:
+        """Whether a landing has not got lower for a third of a second: who flies on with his feet down tips over in gusts."""
+        state, setpoint = self._state, self._state.setpoint
+        lands = math.isnan(setpoint.position_ned_m[2]) and setpoint.velocity_ned_mps[2] > _CRAWL_MPS
+        if not lands or abs(float(condition.estimate.velocity_ned_mps[2])) > _STILL_MPS:
+            state.touching_since_us = None
+            return False
+        if state.touching_since_us is None:
+            state.touching_since_us = condition.time_us
+        return condition.time_us - state.touching_since_us >= _TOUCH_US
 
     def _look(self, condition: Condition) -> None:
         """What may call for a failsafe, and the way back."""

@@ -88,6 +88,7 @@ class CopterState(PilotState):
     low_fence: bool = False
     """Whether the least height is watched: since the flight first was above it."""
     blind: bool = False
+    touching_since_us: int | None = None
     """Whether LAND goes down level, without a position."""
     outputs: tuple[tuple[int, int], ...] = ()
     trail: Trail = field(default_factory=Trail)

@@ -157,6 +157,11 @@ def start_vehicle(options: SitlOptions, tlog: Path) -> SitlVehicle:
         if not came:
             vehicle.stop()
             raise RuntimeError(f"not ready within {START_LIMIT_S:.0f} s: {vehicle.lines}")
+        waits = next((line for line in vehicle.lines if "not ready to arm" in line), None)
+        if waits is not None:
+            vehicle.stop()
+            faults = ", ".join(options.faults)
+            raise RuntimeError(waits.strip() + (f" (faults: {faults})" if faults else ""))
         if vehicle.process.poll() is None:
             return vehicle
         said = "".join(vehicle.lines[-1:])

@@ -464,6 +464,10 @@ def test_a_refused_route_is_told_in_its_own_words(px4):
         (lambda p: p.parameters.update(MPC_XY_VEL_MAX=1.0), "MPC_XY_VEL_MAX allows 1.00"),
         (lambda p: setattr(p, "battery_pct", 12), "battery at 12 %"),
         (lambda p: setattr(p, "armed", True), "armed already"),
+        (
+            lambda p: (setattr(p, "armed", True), p.position.__setitem__(2, -10.0)),
+            "change its mode to RTL or LAND",
+        ),
     ],
 )
 def test_what_stands_against_the_flight_is_refused_on_the_ground(px4, spoil, words):
@@ -538,6 +542,16 @@ def test_our_heartbeat_is_sent_once_a_second(px4):
     )
     fly(session, px4)
     assert set(np.diff(times)) == {1_000_000}
+
+
+def test_a_vehicle_whose_clock_runs_faster_hears_us_once_a_second_of_its_own(px4):
+    px4.clock_rate = 8.0
+    times = []
+    session = make_session(
+        tap=lambda t, f: times.append(t) if f[5] == 245 and f[7] == MessageId.HEARTBEAT else None
+    )
+    fly(session, px4, until=lambda: len(times) > 30)
+    assert np.diff(times[10:]).max() <= 140_000  # 1 s / 8, in steps of 20 ms
 
 
 def test_the_mode_it_stood_in_before_take_off_is_no_pilot(px4):

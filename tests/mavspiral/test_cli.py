@@ -137,6 +137,7 @@ def test_with_json_a_plan_that_fails_is_one_object_that_names_the_obstacle_and_e
         ("home_height_m = -1.5", "home_height_m = 8.0\nradius_m = 0.4", "level at its home"),
         ("speed_mps = 5.0", "speed_mps = 0.001", "at least 0.1"),
         ('gps = "rtk"', 'airframe = "zeppelin"', "must be one of '7inch', 'camera' or 'x500'"),
+        ("home_height_m = -1.5", "home_height_m = -400", "must be at least -100"),
         ("home_height_m = -1.5", "home_height_m = 900", "home_height_m is above the map's ground"),
         ("standoff_m = 6.0", "standoff_m = 199", "standoff_m ≤ 18.2"),
         (
@@ -301,6 +302,21 @@ def test_ctrl_c_says_so_and_exits_130(tmp_path):
         verb.send_signal(signal.SIGINT)
         out, said = verb.communicate(timeout=60)
     assert (verb.returncode, out, said) == (130, "", "mavspiral: stopped\n")
+
+
+def test_ctrl_c_while_it_still_loads_says_so_too():
+    stop_at_typer = (
+        "import os, runpy, signal, sys\n"
+        "class Stops:\n"
+        "    def find_spec(name, path=None, target=None):\n"
+        "        if name == 'typer':\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Stops)\n"
+        "sys.argv = ['mavspiral', '--help']\n"
+        "runpy.run_module('mavspiral', run_name='__main__')\n"
+    )
+    answer = subprocess.run([sys.executable, "-c", stop_at_typer], capture_output=True, text=True, cwd=ROOT)
+    assert (answer.returncode, answer.stdout, answer.stderr) == (130, "", "mavspiral: stopped\n")
 
 
 def test_a_lens_that_shows_more_than_the_building_is_told_by_its_name(tmp_path):

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from sitl.pytest_plugin.ports import free_ports, ports_of
-from sitl.pytest_plugin.process import SitlOptions
+from sitl.pytest_plugin.process import SitlOptions, start_vehicle
 
 ROOT = Path(__file__).parents[2]
 
@@ -187,3 +187,11 @@ def test_options_become_the_vehicles_own():
     assert not parsed.camera
     assert _options().parse_args(SitlOptions(camera=True).arguments()).camera
     assert parsed.home[0].lat_deg == options.home[0]
+
+
+def test_a_vehicle_that_never_gets_ready_says_what_it_waits_for(tmp_path):
+    options = SitlOptions(faults=("gps_loss@0.1s",), speedup=20.0)
+    with pytest.raises(
+        RuntimeError, match=r"not ready to arm: it waits for a GPS fix \(faults: gps_loss@0.1s\)"
+    ):
+        start_vehicle(options, tmp_path / "vehicle.tlog")

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from copter_client import GUIDED, LAND, LOITER, RTL, Client, pick, texts, yaw_deg
+from copter_client import GUIDED, LAND, LOITER, RTL, Client, new_simulator, pick, texts, yaw_deg
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from sitl.orders import Mode
@@ -504,3 +504,20 @@ def test_the_same_bytes_after_a_snapshot(aloft):
         runs.append(client.raw)
     assert runs[0] == runs[1]
     assert len(runs[0]) > 1000
+
+
+@pytest.mark.parametrize("seed", [18, 37, 48, 54])
+def test_it_lands_upright_in_gusts_of_10_mps_and_rests_soon(seed):
+    simulator = new_simulator(
+        seed=seed, wind_ned_mps=(7.0, -7.0, 0.0) if seed % 2 == 0 else (0.0, 10.0, 0.0), gusts=True
+    )
+    client = Client(simulator).airborne(4.0)
+    client.ask(176, 1, LAND)
+    client.until(lambda: simulator.truth.position_ned_m[2] > -0.02, 20.0)
+    lean_deg, begun_s = 0.0, client.now_s
+    while client.flight.armed:
+        client.live(0.05)
+        _, x, y, _ = simulator.truth.q_ned_frd
+        lean_deg = max(lean_deg, math.degrees(math.acos(1.0 - 2.0 * (x * x + y * y))))
+    assert lean_deg < 15.0
+    assert client.now_s - begun_s < 2.5
