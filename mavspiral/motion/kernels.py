@@ -25,6 +25,8 @@ __all__ = [
 ]
 
 GAIN_SLOWER, GAIN_FASTER = 0.7, 0.3
+NEARLY = 1.01
+"""Where nothing asks for more than this, demand falls as slowness rises: all that is asked for is given at once."""
 
 
 @njit(cache=True)
@@ -253,9 +255,10 @@ def adjusted(
             head += 1
         worst[k] = ratios[queue[head]]
     after = np.empty(len(slowness))
+    gain_slower = 1.0 if ratios.max() <= NEARLY else GAIN_SLOWER
     for i in range(len(slowness)):
         ratio = worst[min(int(times[i] / dt), n - 1)]
-        after[i] = max(1.0, slowness[i] * ratio ** (GAIN_SLOWER if ratio > 1.0 else GAIN_FASTER))
+        after[i] = max(1.0, slowness[i] * ratio ** (gain_slower if ratio > 1.0 else GAIN_FASTER))
     return after
 
 
