@@ -246,7 +246,7 @@ def budget_of(mission: Mission) -> ClearanceBudget:
     )
 
 
-def home_enu_m(mission: Mission, site: Site, required_m: float) -> FloatArray:
+def home_enu_m(mission: Mission, site: Site, solids: Solids, required_m: float) -> FloatArray:
     """The mission's home, else the first free place south-west of the building, 35 m away or more, and 3 m lower."""
     frame = site.heights.frame
     if mission.vehicle.home is not None:
@@ -262,7 +262,7 @@ def home_enu_m(mission: Mission, site: Site, required_m: float) -> FloatArray:
     places = np.column_stack(
         [-away_m / math.sqrt(2), -away_m / math.sqrt(2), np.full(len(away_m), -HOME_LOWER_M)]
     )
-    free = np.flatnonzero(Solids.of_map(site.heights).distance_m(places) >= required_m + 2.0)
+    free = np.flatnonzero(solids.distance_m(places) >= required_m + 2.0)
     if not len(free):
         raise InputError("no free place for a home was found. Fix: set [vehicle] home = [lat, lon]")
     return np.asarray(places[free[0]])

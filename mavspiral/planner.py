@@ -51,9 +51,9 @@ def plan(mission: Mission, on_stage: Callable[[str], None] = lambda stage: None)
 
     camera, limits = camera_of(mission), limits_of(mission)
     required_m = budget_of(mission).required_m(mission.limits.clearance_m)
-    home = home_enu_m(mission, site, required_m)
     pace = pace_of(mission, camera, limits)
     ways = ways_of(mission, site, required_m)
+    home = home_enu_m(mission, site, ways.solids, required_m)
     found = pieces_of(mission, site, camera, pace, home, ways)
     watch.lap("curve")
 

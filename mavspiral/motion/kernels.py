@@ -25,6 +25,8 @@ __all__ = [
 ]
 
 GAIN_SLOWER, GAIN_FASTER = 0.7, 0.3
+NEARLY = 1.01
+"""Where nothing asks for more than this, demand falls as slowness rises: all that is asked for is given at once."""
 
 
 @njit(cache=True)
@@ -211,21 +213,18 @@ def demand(
             jerk2_after += (steady + p1 * after) ** 2
         before = after
         rise = row[2] * v
-        ratio = max(
-            math.sqrt(velocity2) * per_speed,
-            rise * per_climb,
-            -rise * per_descent,
-            abs(row[9] * v) * per_yaw_rate,
-        )
+        first = max(rise * per_climb, -rise * per_descent, abs(row[9] * v) * per_yaw_rate)
         if len(blur):
             j = min(int(x), len(blur) - 2)
-            ratio = max(ratio, v * (blur[j] + (x - j) * (blur[j + 1] - blur[j])))
-        second = max(math.sqrt(acceleration2) * per_acceleration, abs(row[10] * v2 + row[9] * a) * per_bend)
-        if second > ratio**2:
-            ratio = math.sqrt(second)
-        third = math.sqrt(max(jerk2_before, jerk2_after)) * per_jerk
-        if third > ratio**3:  # most are not, and a cube root takes long
-            ratio = third ** (1.0 / 3.0)
+            first = max(first, v * (blur[j] + (x - j) * (blur[j + 1] - blur[j])))
+        # Squares are compared, for a root takes long and most are not wanted.
+        first2 = max(velocity2 * (per_speed * per_speed), first * first)
+        bend = abs(row[10] * v2 + row[9] * a) * per_bend
+        ratio4 = max(first2 * first2, acceleration2 * (per_acceleration * per_acceleration), bend * bend)
+        ratio = math.sqrt(math.sqrt(ratio4)) if ratio4 > first2 * first2 else math.sqrt(first2)
+        third2 = max(jerk2_before, jerk2_after) * (per_jerk * per_jerk)
+        if third2 > ratio4 * ratio * ratio:
+            ratio = third2 ** (1.0 / 6.0)
         ratios[k] = ratio
     return ratios
 
@@ -253,9 +252,10 @@ def adjusted(
             head += 1
         worst[k] = ratios[queue[head]]
     after = np.empty(len(slowness))
+    gain_slower = 1.0 if ratios.max() <= NEARLY else GAIN_SLOWER
     for i in range(len(slowness)):
         ratio = worst[min(int(times[i] / dt), n - 1)]
-        after[i] = max(1.0, slowness[i] * ratio ** (GAIN_SLOWER if ratio > 1.0 else GAIN_FASTER))
+        after[i] = max(1.0, slowness[i] * ratio ** (gain_slower if ratio > 1.0 else GAIN_FASTER))
     return after
 
 

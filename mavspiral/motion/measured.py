@@ -25,11 +25,11 @@ from mavspiral.motion.turn import Gaze
 
 __all__ = ["slower"]
 
-FINER = 16
+FINER = 8
 """So many steps in a span that is looked at again."""
 BLOCK = 8192
 """So many places are looked at at once: what lies between then stays in the processor's cache."""
-LOOKS = 3
+LOOKS = 5
 """So often is a span looked at again."""
 ROOM = 1 + 5e-6
 """A peak that may be less than this above the greatest is left alone."""
@@ -100,7 +100,7 @@ def _asked(
     limits: FloatArray,
 ) -> FloatArray:
     """How many times slower each place must be passed, with either u⃛, `(2, M)`; `limits` has the order of `Limits`."""
-    # A division takes as long as a dozen products, a cube root as a dozen divisions: most places need neither.
+    # A division takes as long as a dozen products, a root longer: what is compared are squares, and most places need one root.
     per_speed, per_climb, per_descent, per_acceleration, per_jerk, per_yaw_rate, per_bend = 1.0 / limits
     out = np.empty((2, u1.size))
     for i in range(u1.size):
@@ -114,19 +114,14 @@ def _asked(
             jerk2_before += (drift + p1 * before[i]) ** 2
             jerk2_after += (drift + p1 * after[i]) ** 2
         rise = way[1, i, 2] * v
-        ratio = max(
-            np.sqrt(velocity2) * per_speed,
-            rise * per_climb,
-            -rise * per_descent,
-            abs(yaw[1, i] * v) * per_yaw_rate,
-        )
-        second = max(
-            np.sqrt(acceleration2) * per_acceleration, abs(yaw[2, i] * v * v + yaw[1, i] * a) * per_bend
-        )
-        if second > ratio * ratio:
-            ratio = np.sqrt(second)
-        cube = ratio * ratio * ratio
-        third_before, third_after = np.sqrt(jerk2_before) * per_jerk, np.sqrt(jerk2_after) * per_jerk
-        out[0, i] = third_before ** (1.0 / 3.0) if third_before > cube else ratio
-        out[1, i] = third_after ** (1.0 / 3.0) if third_after > cube else ratio
+        first = max(rise * per_climb, -rise * per_descent, abs(yaw[1, i] * v) * per_yaw_rate)
+        first2 = max(velocity2 * (per_speed * per_speed), first * first)
+        bend = abs(yaw[2, i] * v * v + yaw[1, i] * a) * per_bend
+        ratio4 = max(first2 * first2, acceleration2 * (per_acceleration * per_acceleration), bend * bend)
+        ratio = np.sqrt(np.sqrt(ratio4)) if ratio4 > first2 * first2 else np.sqrt(first2)
+        ratio6 = ratio4 * ratio * ratio
+        third2_before = jerk2_before * (per_jerk * per_jerk)
+        third2_after = jerk2_after * (per_jerk * per_jerk)
+        out[0, i] = third2_before ** (1.0 / 6.0) if third2_before > ratio6 else ratio
+        out[1, i] = third2_after ** (1.0 / 6.0) if third2_after > ratio6 else ratio
     return out

@@ -88,7 +88,7 @@ def _quickest(table: FloatArray, du: float, limits: Limits, blur: FloatArray) ->
     caps = kernels.rate_caps(table, bounds)
     if blur.size:
         caps = np.minimum(caps, 1.0 / np.maximum(blur, STILL) ** 2)
-    pace_m = np.linalg.norm(table[:, :3], axis=1)
+    pace_m = np.sqrt(np.einsum("ij,ij->i", table[:, :3], table[:, :3]))
     distance_m = np.concatenate([[0.0], np.cumsum(0.5 * (pace_m[1:] + pace_m[:-1])) * du])
     window_s = _window_s(table, float(distance_m[-1]), limits)
     width = max(KNOTS_PER_WINDOW, math.ceil(window_s / KNOT_S))
