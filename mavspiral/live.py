@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -17,11 +18,12 @@ from mavspiral.flight.alignment import shifted
 from mavspiral.flight.autopilots import PROFILES, Autopilot, autopilot_name
 from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
 from mavspiral.flight.journal import JournalWriter
-from mavspiral.flight.outcome import SessionConfig, State, Step
+from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.realtime import drive, signer_now
 from mavspiral.flight.session import Session
 from mavspiral.flight.transports import open_transport
 from mavspiral.flight.wishes import Wish
+from mavspiral.frames import LocalFrame
 from mavspiral.inspection import Inspection
 from mavspiral.logbook.card import card_numbers
 from mavspiral.logbook.live_flight import LiveFlight
@@ -40,6 +42,7 @@ from mavspiral.mission import Mission
 from mavspiral.planner import plan
 from mavspiral.survey.shots import Shots
 from mavspiral.survey.solids import Solids
+from mavspiral.tour.sorties import Sortie
 
 __all__ = ["fly"]
 
@@ -84,24 +87,14 @@ def fly(
         LinkError: nobody listens at a TCP address.
     """
     inspection = plan(mission) if isinstance(mission, Mission) else mission
-    profiles = tuple(PROFILES.values()) if autopilot is None else (PROFILES[autopilot],)
-    name = inspection.mission.name
-    if resume and folder is None:
-        raise InputError(f"{name}: nothing says where its journal is. Fix: give its folder")
-    before = progress_of(inspection, folder / f"{name}.journal") if resume and folder else Progress()
-    sorties = tuple(sortie for stretch_s in before.left_s for sortie in inspection.sorties(*stretch_s))
-    sortie = sorties[0]
-    align_at_enu_m = None if align_at is None else _place_enu_m(inspection, align_at)
-    shift_enu_m = before.shift_enu_m if align_at is None else None
-    frame = inspection.site.heights.frame
-    if shift_enu_m is not None:
-        frame = shifted(frame, shift_enu_m)
+    order = _prepared(inspection, folder, resume, align_at)
+    name, sortie = inspection.mission.name, order.sortie
     begin_us = time.monotonic_ns() // 1000
     signer = None if signing_key is None else signer_now(signing_key)
     with contextlib.closing(open_transport(url)) as transport, Recording(folder, name) as recording:
         session = Session(
             lambda home_enu_m: inspection.route_from(home_enu_m, sortie),
-            frame,
+            order.frame,
             SessionConfig(
                 dry_run=dry_run,
                 rate_hz=rate_hz,
@@ -111,45 +104,24 @@ def fly(
                 question=f"arm the vehicle at {url} and fly {name}" if asks else "",
             ),
             way_home=inspection.way_home,
-            profiles=profiles,
+            profiles=tuple(PROFILES.values()) if autopilot is None else (PROFILES[autopilot],),
             shots=inspection.shot_orders(sortie),
-            align_at_enu_m=align_at_enu_m,
+            align_at_enu_m=order.align_at_enu_m,
             tap=TlogWriter(recording.packets, time.time_ns() // 1000).write,
             signer=signer,
         )
         journal = JournalWriter(recording.journal)
         journals = not dry_run or align_at is not None
         if journals:
-            journal.begin(
-                {
-                    "name": name,
-                    "digest": inspection.digest,
-                    "resumes": resume,
-                    "begin_s": sortie.begin_s,
-                    "end_s": sortie.end_s,
-                    "unix_us": time.time_ns() // 1000,
-                }
-            )
-            if shift_enu_m is not None:
-                journal.aligned(shift_enu_m)
+            _begin(journal, order, resume)
 
         def told(_: Session, step: Step) -> None:
             if journals:
                 journal.note(session, step)
             for event in step.events:
                 on_event(event)
-            if session.outcome is not None:
-                return
-            if question := session.question:
-                answer = approve(question)
-                if answer:
-                    if session.state is State.APPROVE:
-                        journal.aligned(_shift_enu_m(session))
-                    session.approve()
-                elif answer is False:
-                    session.stop()
-            if (wish := wished(session.state is State.HOLD)) is not None:
-                session.wish(wish)
+            if session.outcome is None:
+                _ask(session, journal, approve, wished)
 
         try:
             outcome = drive(
@@ -163,7 +135,95 @@ def fly(
             if journals:
                 journal.end(session)
     duration_s = (time.monotonic_ns() // 1000 - begin_us) / 1e6
-    inspection = inspection.flown_by(autopilot_name(session.profile))
+    refused_n = None if signer is None else signer.refused_n
+    return _flown(order, session, outcome, recording, duration_s, refused_n)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Order:
+    """What is flown now, and what was flown before it.
+
+    Args:
+        sorties: all that are left; the first is flown.
+        align_at_enu_m: where the vehicle is said to stand, `(3,)`.
+        shift_enu_m: by how much the plan lies elsewhere, as far as that is known before the flight, `(3,)`.
+    """
+
+    inspection: Inspection
+    before: Progress
+    sorties: tuple[Sortie, ...]
+    align_at_enu_m: FloatArray | None
+    shift_enu_m: FloatArray | None
+
+    @property
+    def sortie(self) -> Sortie:
+        """The one that is flown."""
+        return self.sorties[0]
+
+    @property
+    def frame(self) -> LocalFrame:
+        """The plan's, where the plan lies."""
+        frame = self.inspection.site.heights.frame
+        return frame if self.shift_enu_m is None else shifted(frame, self.shift_enu_m)
+
+
+def _prepared(inspection: Inspection, folder: Path | None, resume: bool, align_at: Place | None) -> _Order:
+    name = inspection.mission.name
+    if resume and folder is None:
+        raise InputError(f"{name}: nothing says where its journal is. Fix: give its folder")
+    before = progress_of(inspection, folder / f"{name}.journal") if resume and folder else Progress()
+    sorties = tuple(sortie for stretch_s in before.left_s for sortie in inspection.sorties(*stretch_s))
+    if align_at is None:
+        return _Order(inspection, before, sorties, None, before.shift_enu_m)
+    return _Order(inspection, before, sorties, _place_enu_m(inspection, align_at), None)
+
+
+def _begin(journal: JournalWriter, order: _Order, resume: bool) -> None:
+    """Write down what is going to be flown."""
+    journal.begin(
+        {
+            "name": order.inspection.mission.name,
+            "digest": order.inspection.digest,
+            "resumes": resume,
+            "begin_s": order.sortie.begin_s,
+            "end_s": order.sortie.end_s,
+            "unix_us": time.time_ns() // 1000,
+        }
+    )
+    if order.shift_enu_m is not None:
+        journal.aligned(order.shift_enu_m)
+
+
+def _ask(
+    session: Session,
+    journal: JournalWriter,
+    approve: Callable[[str], bool | None],
+    wished: Callable[[bool], Wish | None],
+) -> None:
+    """Hand on what the session asks and what the pilot says."""
+    if question := session.question:
+        answer = approve(question)
+        if answer:
+            if session.state is State.APPROVE:
+                journal.aligned(_shift_enu_m(session))
+            session.approve()
+        elif answer is False:
+            session.stop()
+    if (wish := wished(session.state is State.HOLD)) is not None:
+        session.wish(wish)
+
+
+def _flown(
+    order: _Order,
+    session: Session,
+    outcome: Outcome,
+    recording: Recording,
+    duration_s: float,
+    refused_n: int | None,
+) -> LiveFlight:
+    """The flight that is over, measured, together with those before it."""
+    before, sortie, shift_enu_m = order.before, order.sortie, order.shift_enu_m
+    inspection = order.inspection.flown_by(autopilot_name(session.profile))
     log = session.log() if session.left_the_ground else None
     tracking_m, clearance_m = _measured(inspection, log)
     alignment = session.alignment
@@ -189,14 +249,14 @@ def fly(
         clearance_m,
         inspection.coverage_from(together(shots)) if shots else None,
         before.flights_n + 1,
-        len(sorties),
+        len(order.sorties),
         max((flight.came_to_s for flight in flown), default=0.0),
         left_of(inspection, flown),
         before.logs,
         together(tuple(map(moved, shots, shifts_enu_m))) if shots else None,
         len(session.pictures),
         session.missed_shots,
-        None if signer is None else signer.refused_n,
+        refused_n,
         shift_enu_m,
         alignment,
         _photo_numbers(inspection, flown, shots),

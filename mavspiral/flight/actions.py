@@ -121,6 +121,7 @@ def routed(s: Situation) -> bool:
     home_enu_m = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
     s.trajectory = s.route(home_enu_m)
     s.leg_begins_s = tuple(s.trajectory.span_s(leg.name)[0] for leg in s.trajectory.legs)
+    s.inspection_ends_s = s.trajectory.span_s("inspection")[1]
     s.reference = Reference.of(s.trajectory, s.to_vehicle)
     # Compiled, or loaded, on the ground: in the air it would be late.
     Follower(s.reference, s.config.governor, 0.0).advance(0.0, longest_s=0.0, hold=True)

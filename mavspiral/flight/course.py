@@ -17,7 +17,7 @@ from mavspiral.flight.outcome import State
 from mavspiral.flight.profile import Mode, Profile
 from mavspiral.flight.situation import Situation
 
-__all__ = ["COURSE", "Late", "Row"]
+__all__ = ["COURSE", "Late", "Row", "diverted"]
 
 
 class Late(Enum):
@@ -77,6 +77,15 @@ def _instead(s: Situation) -> str:
         if heard
         else "check the link and the port"
     )
+
+
+def diverted(state: State, then: State, s: Situation) -> State:
+    """What follows `state` for this flight, when the course says `then`: the plan may be aligned first, and a word awaited."""
+    if then is State.ROUTE and state is State.ORIGIN and s.alignment is not None:
+        return State.MEASURE
+    if then is State.FAILSAFES and s.config.question and not (s.consented or s.config.dry_run):
+        return State.CONSENT
+    return then
 
 
 COURSE: Mapping[State, Row] = {

@@ -34,6 +34,7 @@ __all__ = ["KINDS", "Kind", "sender"]
 
 _V2 = 0xFD
 _HEADER_N, _V1_HEADER_N = 10, 6
+_new: Callable[[type[Message], tuple[Any, ...]], Message] = tuple.__new__
 _Make = Callable[[tuple[Any, ...], bytes], Message]
 
 
@@ -46,6 +47,7 @@ class Kind(NamedTuple):
         unpack_from: its fields, in their order on the wire.
         payload_n: bytes on the wire when no zeros are cut off.
         make: makes our value of those fields and the whole frame; None where it is of no use to us.
+        tuple_of: the value that is those fields as they are.
     """
 
     message_id: int
@@ -53,16 +55,21 @@ class Kind(NamedTuple):
     unpack_from: Callable[..., tuple[Any, ...]]
     payload_n: int
     make: _Make | None
+    tuple_of: type[Message] | None = None
 
     def value(self, frame: bytes) -> Message | None:
         """What a whole frame of this kind says; None where it is of no use to us."""
-        if self.make is None:
+        _, _, unpack_from, payload_n, make, tuple_of = self
+        if make is None and tuple_of is None:
             return None
         begin, sent_n = _HEADER_N if frame[0] == _V2 else _V1_HEADER_N, frame[1]
-        if sent_n >= self.payload_n:
-            return self.make(self.unpack_from(frame, begin), frame)
-        payload = frame[begin : begin + sent_n].ljust(self.payload_n, b"\0")
-        return self.make(self.unpack_from(payload), frame)
+        if sent_n >= payload_n:
+            fields = unpack_from(frame, begin)
+        else:
+            fields = unpack_from(frame[begin : begin + sent_n].ljust(payload_n, b"\0"))
+        if tuple_of is not None:
+            return _new(tuple_of, fields)
+        return None if make is None else make(fields, frame)
 
 
 def sender(frame: bytes) -> bytes:
@@ -100,10 +107,9 @@ def _mission_item(
     return MissionItem(seq, command, frame, (p1, p2, p3, p4), x, y, z, bool(again), kind)
 
 
-_EVERY_FIELD: dict[Any, _Make] = {
-    mavlink.MAVLink_heartbeat_message: _heartbeat,
-    mavlink.MAVLink_local_position_ned_message: lambda fields, _: LocalPosition._make(fields),
-    mavlink.MAVLink_attitude_message: lambda fields, _: Attitude._make(fields),
+_AS_THEY_ARE: dict[Any, type[Message]] = {
+    mavlink.MAVLink_local_position_ned_message: LocalPosition,
+    mavlink.MAVLink_attitude_message: Attitude,
 }
 
 _SOME_FIELDS: tuple[tuple[Any, str, Callable[..., Message]], ...] = (
@@ -168,7 +174,9 @@ _SOME_FIELDS: tuple[tuple[Any, str, Callable[..., Message]], ...] = (
 
 
 def _kinds() -> dict[bytes, Kind]:
-    makes = _EVERY_FIELD | {known: _taking(make, known, names) for known, names, make in _SOME_FIELDS}
+    makes = {mavlink.MAVLink_heartbeat_message: _heartbeat} | {
+        known: _taking(make, known, names) for known, names, make in _SOME_FIELDS
+    }
     return {
         known.id.to_bytes(3, "little"): Kind(
             known.id,
@@ -176,8 +184,9 @@ def _kinds() -> dict[bytes, Kind]:
             known.unpacker.unpack_from,
             known.unpacker.size,
             makes.get(known),
+            _AS_THEY_ARE.get(known),
         )
-        for known in {*mavlink.mavlink_map.values(), *makes}
+        for known in {*mavlink.mavlink_map.values(), *makes, *_AS_THEY_ARE}
     }
 
 

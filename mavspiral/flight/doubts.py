@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from mavspiral.flight.messages import GpsFix, LocalPosition, Message
+from mavspiral.flight.messages import GpsFix, LocalPosition
 
 __all__ = ["Doubts"]
 
@@ -39,6 +39,10 @@ class Doubts:
     Args:
         allowed_m: how far the estimate may move within 10 s beside what its speed explains, horizontally. Half of it where
             the receiver says that it has RTK. (The bundled vehicle round the kiosk: 0.1 m with RTK, 0.9 m without.)
+
+    Attributes:
+        fault: why the position will soon not be known, in words: as long as it is so.
+        jump: why it is not what it was, in words, until that is said (`jumped`).
     """
 
     def __init__(self, allowed_m: float) -> None:
@@ -49,33 +53,22 @@ class Doubts:
         self._fix: GpsFix | None = None
         self._fixed_ms = self._changed_ms = self._told_ms = 0
         self._every_ms, self._positions_n = float(_SILENT_MS), 0
-        self._fault: str | None = None
-        self._jumped: str | None = None
+        self.fault: str | None = None
+        self.jump: str | None = None
         self.shift_ned_m = (0.0, 0.0)
-
-    def heard(self, message: Message) -> None:
-        """Take in what tells of the position."""
-        if isinstance(message, LocalPosition):
-            self._moved(message)
-        elif isinstance(message, GpsFix):
-            self._fixed(message)
-
-    @property
-    def fault(self) -> str | None:
-        """Why the position will soon not be known, in words: as long as it is so."""
-        return self._fault
 
     @property
     def misleads(self) -> bool:
         """Whether the estimate is wrong soon: refused for some seconds, fixes and speeds of a moment long ago are followed then."""
-        return self._fault == _FROZEN
+        return self.fault == _FROZEN
 
     def jumped(self) -> str | None:
         """Why the position is not what it was, in words: said once."""
-        words, self._jumped = self._jumped, None
+        words, self.jump = self.jump, None
         return words
 
-    def _moved(self, now: LocalPosition) -> None:
+    def moved(self, now: LocalPosition) -> None:
+        """Take in a position."""
         then, self._last = self._last, now
         self._positions_n += 1
         if then is None:
@@ -92,7 +85,7 @@ class Doubts:
         here = self._beside_ned_m = was[0] + north_m, was[1] + east_m
         before = self._before
         if north_m * north_m + east_m * east_m > self._allowed_m**2:
-            self._jumped = f"its position jumped by {math.hypot(north_m, east_m):.1f} m"
+            self.jump = f"its position jumped by {math.hypot(north_m, east_m):.1f} m"
             self.shift_ned_m = north_m, east_m
             before.clear()
         elif not before or now[0] - before[-1][0] >= _EVERY_MS:
@@ -102,21 +95,22 @@ class Doubts:
                 default=(0.0, 0.0),
             )
             if (away_m := math.hypot(*moved)) > self._allowed_m:
-                self._jumped = f"its position moved by {away_m:.1f} m in 10 s otherwise than its speed says"
+                self.jump = f"its position moved by {away_m:.1f} m in 10 s otherwise than its speed says"
                 self.shift_ned_m = moved
                 before.clear()
             before.append((now[0], *here))
             while now[0] - before[0][0] > _WINDOW_MS:
                 before.popleft()
             if self._fixed_ms and self._silent(now[0] - self._told_ms):
-                self._fault = "its GPS is silent"
+                self.fault = "its GPS is silent"
 
     def _silent(self, since_ms: int) -> bool:
         """Whether the receiver itself is, and not the link, after so long without a word of it."""
         link_is_whole = self._positions_n * _POSITION_MS > _WHOLE * since_ms
         return since_ms > (min(_MISSED_N * self._every_ms, _SILENT_MS) if link_is_whole else _SILENT_MS)
 
-    def _fixed(self, fix: GpsFix) -> None:
+    def fixed(self, fix: GpsFix) -> None:
+        """Take in what the receiver says."""
         if self._last is None:
             return
         now_ms, then = self._last.time_boot_ms, self._fix
@@ -130,11 +124,11 @@ class Doubts:
         if math.hypot(self._last.north_mps, self._last.east_mps) < _MOVING_MPS:
             self._changed_ms = max(self._changed_ms, now_ms - round(self._frozen_ms / 2))
         self._fix = fix
-        self._fault = None
+        self.fault = None
         if self._fixed_ms and now_ms - self._fixed_ms > _LOST_MS:
-            self._fault = "its GPS has no fix"
+            self.fault = "its GPS has no fix"
         elif self._fixed_ms and now_ms - self._changed_ms > self._frozen_ms:
-            self._fault = _FROZEN
+            self.fault = _FROZEN
 
     @property
     def _frozen_ms(self) -> float:

@@ -137,9 +137,11 @@ class Recorder:
         vehicle: Vehicle,
     ) -> None:
         """Note path time and its rate, the reference and the vehicle's estimate at this moment."""
+        local, attitude = vehicle.local, vehicle.attitude
         wanted = (*due[:6], due[9]) if due else _NOTHING
-        believed = vehicle.local[1:7] if vehicle.local else _NOWHERE
-        self._rows += _PACKED(now_us, vehicle_us, leg, *pace, *wanted, *believed, vehicle.yaw_ned_rad)
+        believed = local[1:7] if local else _NOWHERE
+        yaw_ned_rad = attitude[3] if attitude else np.nan
+        self._rows += _PACKED(now_us, vehicle_us, leg, *pace, *wanted, *believed, yaw_ned_rad)
 
     def since(self, row: int) -> bytes:
         """The rows from number `row` on, as little-endian doubles."""

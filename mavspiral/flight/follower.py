@@ -75,13 +75,12 @@ class Follower:
         ago_s = (self._vehicle_us - vehicle_us) * 1e-6
         pace = self.pace
         there = self.reference.on_time(pace.path_t_s - pace.rate * ago_s)
-        meant, velocity = there[0:3], there[3:6]
-        self.error_m = math.dist(meant, position_ned_m)
-        self.below_m, self.climb_mps = position_ned_m[2] - meant[2], -velocity[2]
-        self._speed_mps = math.hypot(*velocity)
+        n, e, d, v_n, v_e, v_d = there[:6]
+        self.error_m = math.dist((n, e, d), position_ned_m)
+        self.below_m, self.climb_mps = position_ned_m[2] - d, -v_d
+        self._speed_mps = math.hypot(v_n, v_e, v_d)
         dt_s, self._heard_us = (vehicle_us - self._heard_us) * 1e-6, vehicle_us
         if self._feels_drag and pace.rate == 1.0 and self._speed_mps > 0.0:
-            n, e, d, v_n, v_e, v_d = there[0:6]
             is_n, is_e, is_d = position_ned_m
             lag_m = ((n - is_n) * v_n + (e - is_e) * v_e + (d - is_d) * v_d) / self._speed_mps
             self.drag_per_s = learned_drag(self.drag_per_s, lag_m, self._speed_mps, dt_s)
@@ -109,7 +108,7 @@ class Follower:
             *self._ways,
             self.drag_per_s,
         )
-        self.pace = Pace._make(numbers[:PACE_N])
+        self.pace = tuple.__new__(Pace, numbers[:PACE_N])
         self.due = numbers[PACE_N : PACE_N + SETPOINT_N]
         setpoint: Setpoint = numbers[PACE_N + SETPOINT_N :]
         return setpoint

@@ -55,8 +55,13 @@ class Decoder:
             if end > came_to:
                 break
             frame = buffer[at:end]
-            kind = KINDS.get(frame[7:10] if buffer[at] == _V2 else frame[5:6] + b"\0\0")
-            if kind is not None:
+            if unsigned:
+                kind = KINDS.get(frame[7:10])
+            else:
+                kind = KINDS.get(frame[7:10] if buffer[at] == _V2 else frame[5:6] + b"\0\0")
+            if unsigned and kind is not None:
+                good = crc(frame[1:-CHECKSUM_N] + kind[1], 0xFFFF) == frame[-2] | frame[-1] << 8
+            elif kind is not None:
                 good = _is_intact(frame, kind)
             else:
                 good = end > at and (end == came_to or _START.match(buffer, end) is not None)

@@ -26,6 +26,7 @@ LATE_N = 32  # a sequence number this far behind the newest was overtaken; furth
 
 _SETPOINT = mavlink.MAVLink_set_position_target_local_ned_message
 _SETPOINT_PACK = _SETPOINT.unpacker.pack
+_SETPOINT_ID = _SETPOINT.id
 _SETPOINT_EXTRA = bytes((_SETPOINT.crc_extra,))
 
 
@@ -53,10 +54,11 @@ class Link:
     def receive(self, data: bytes) -> list[Message]:
         """The messages that `data` completes. Garbage is counted and skipped."""
         messages: list[Message] = []
+        tap, signer = self._tap, self._signer
         for frame, kind in self._decoder.frames(data):
-            if self._tap is not None:
-                self._tap(self.now_us, frame)
-            if self._signer is not None and not self._signer.accepts(frame):
+            if tap is not None:
+                tap(self.now_us, frame)
+            if signer is not None and not signer.accepts(frame):
                 continue
             if kind is None:
                 continue
@@ -161,8 +163,9 @@ class Link:
             *self._addressee,
             coordinate_frame,
         ).rstrip(b"\0")
-        body = bytes((len(payload), 0, 0, self._packer.seq, SYSTEM_ID, COMPONENT_ID, _SETPOINT.id, 0, 0)) + (
-            payload or b"\0"
+        body = (
+            bytes((len(payload), 0, 0, self._packer.seq, SYSTEM_ID, COMPONENT_ID, _SETPOINT_ID, 0, 0))
+            + payload
         )
         checksum = crc(body + _SETPOINT_EXTRA, 0xFFFF).to_bytes(CHECKSUM_N, "little")
         return self._sent(b"\xfd" + body + checksum)

@@ -2,51 +2,35 @@
 
 No socket, no clock: whoever drives it brings both, so that the same bytes fly a simulated vehicle in lockstep
 and a real one over a radio. The course of the flight is a table (`course`); this is what turns it. Beside it,
-it is watched at every step for a mode that we did not ask for (hands off), silence (the link is lost), a local origin
-that moves, a position that is not to be trusted, an empty battery (fly home). ACKs are only reported; the HEARTBEAT decides.
+it is watched at every step (`watch`), and the pilot may have wishes (`wishes`). ACKs are only reported; the HEARTBEAT decides.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import LimitError, LinkError, MavspiralError
 from mavspiral.flight.alignment import Alignment
-from mavspiral.flight.checks import loss_words
-from mavspiral.flight.course import COURSE, Late, Row
-from mavspiral.flight.doubts import Doubts
-from mavspiral.flight.energy import Battery
+from mavspiral.flight.course import COURSE, Late, Row, diverted
 from mavspiral.flight.failsafes import left_as_set
 from mavspiral.flight.flight_log import Event, FlightLog
 from mavspiral.flight.link import Link
-from mavspiral.flight.messages import (
-    Command,
-    CommandAck,
-    GpsFix,
-    Heartbeat,
-    ImageCaptured,
-    LocalPosition,
-    Message,
-    MessageId,
-    Origin,
-    StatusText,
-    SystemStatus,
-)
+from mavspiral.flight.listening import Listener
+from mavspiral.flight.messages import Command, CommandAck, GpsFix, ImageCaptured, LocalPosition, Origin
 from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.px4 import PX4
 from mavspiral.flight.schedule import Schedule, StreamFigures
 from mavspiral.flight.shutter import Picture, ShotOrders, Shutter
 from mavspiral.flight.signing import Signer
-from mavspiral.flight.sinking import Sinking
 from mavspiral.flight.situation import Route, Situation, WayHome
 from mavspiral.flight.streamer import Streamer
 from mavspiral.flight.telemetry import TelemetryRequest
+from mavspiral.flight.watch import Finding, Watch, link_lost
 from mavspiral.flight.wishes import ALREADY, REPLIES, Wish
-from mavspiral.frames import GeoPoint, LocalFrame
+from mavspiral.frames import LocalFrame
 from mavspiral.motion.trajectory import Trajectory
 
 __all__ = ["Session"]
@@ -54,13 +38,6 @@ __all__ = ["Session"]
 _HEARTBEAT_US = 1_000_000
 _FAST = 1.5
 """A vehicle whose clock runs this much faster than ours is simulated."""
-_ORIGIN_AGAIN_US = 5_000_000
-_WARNING = 4  # MAV_SEVERITY
-_RECKONS_S = 5.0
-"""So long an estimate is worth something without fixes: PX4's EKF2_NOAID_TOUT."""
-
-_ON_THE_WAY = frozenset({State.ALIGN, State.STREAM, State.HOLD, State.BRAKE, State.RETURN})
-_FLIES = _ON_THE_WAY - {State.ALIGN}
 
 
 class Session:
@@ -95,68 +72,54 @@ class Session:
         self.outcome: Outcome | None = None
         config = config or SessionConfig()
         link = Link(tap, signer)
-        self._profiles = {profile.autopilot: profile for profile in profiles}
         first = profiles[0]
-        self._s = Situation(route, way_home, frame, config, first, link, TelemetryRequest(first))
-        self._s.alignment = None if align_at_enu_m is None else Alignment(align_at_enu_m)
-        self._s.awaited = " or ".join(profile.name for profile in profiles)
+        s = self._s = Situation(route, way_home, frame, config, first, link, TelemetryRequest(first))
+        s.alignment = None if align_at_enu_m is None else Alignment(align_at_enu_m)
+        s.awaited = " or ".join(profile.name for profile in profiles)
         self._row = COURSE[State.CONNECT]
-        self._streamer = Streamer(self._s)
-        self._shutter = None if shots is None else Shutter(self._s, shots)
+        self._out: list[bytes] = []
+        self._streamer = Streamer(s)
+        self._shutter = None if shots is None else Shutter(s, shots)
         self._heartbeats = Schedule(_HEARTBEAT_US)
-        self._origin_requests = Schedule(_ORIGIN_AGAIN_US)
-        self._battery_looks = Schedule(_HEARTBEAT_US)
-        self._battery = Battery()
-        self._doubts = Doubts(config.governor.reserve_m)
-        self._sinking = Sinking()
-        self._listeners: dict[type, Callable[[Any], None]] = {
-            LocalPosition: self._doubts.heard,
-            GpsFix: self._doubts.heard,
-            StatusText: self._hear_text,
+        self._watch = Watch(s, self._out.append)
+        told: dict[type, Callable[[Any], None]] = {
+            LocalPosition: self._watch.doubts.moved,
+            GpsFix: self._watch.doubts.fixed,
         }
         if self._shutter is not None:
-            self._listeners |= {ImageCaptured: self._shutter.heard, CommandAck: self._shutter.heard}
+            told |= {ImageCaptured: self._shutter.heard, CommandAck: self._shutter.heard}
+        self._listener = Listener(s, profiles, told)
         self._begun = False
-        self._out: list[bytes] = []
         self._told_n = 0
-        self._heard_us = 0
         self._wish: Wish | None = None
         self._held = State.STREAM
         self._ask_due_us = 0
         self._failure: str | None = None
-        self._refused = False
-        self._modes: frozenset[int] = frozenset()
-        self._entry_mode: int | None = None
-        self._mode_reached = False
-        self._following_us = self._stood_us = self._watched_us = 0
-        self._said: StatusText | None = None
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
-        s = self._s
+        s, out = self._s, self._out
         s.now_us = s.link.now_us = now_us
         if not self._begun:
             self._begin()
-        self._take_in(s.link.receive(received))
+        self._listener.take_in(received)
         if self._wish is not None and self.outcome is None:
             wish, self._wish = self._wish, None
             self._obey(wish)
-        if self.outcome is None:
-            self._watch()
+        while self.outcome is None and (finding := self._watch.finds(self.state, self._row)) is not None:
+            self._act_on(finding)
         if self.outcome is None:
             self._turn()
-        if self._streamer.schedule.take(now_us) and s.to_vehicle is not None and self._row.modes is not None:
-            self._out.append(self._streamer.tick(streams=self._streams, moves=self._row.moves))
-            if self._shutter is not None and self.outcome is None:
-                self._out.append(self._shutter.tick())
+        if self._streamer.schedule.take(now_us):
+            self._tick()
         if self._heartbeats.take(now_us):
-            self._out.append(s.link.heartbeat())
+            out.append(s.link.heartbeat())
             if s.clock.rate > _FAST:  # its failsafes count seconds of its own
                 self._heartbeats.due_us = min(
                     self._heartbeats.due_us, now_us + round(_HEARTBEAT_US / s.clock.rate)
                 )
-        send = b"".join(self._out)
-        self._out.clear()
+        send = out[0] if len(out) == 1 else b"".join(out)
+        out.clear()
         events: tuple[Event, ...] = ()
         if len(s.events) > self._told_n:
             events = tuple(s.events[self._told_n :])
@@ -197,9 +160,7 @@ class Session:
     def link_broke(self, reason: str) -> None:
         """The link is gone for good, says whoever drives us."""
         if self.outcome is None:
-            if self._row.modes is not None:
-                reason = f"{reason}; {loss_words(self._s.vehicle, self._s.profile)}"
-            self._conclude(reason, LinkError.exit_code)
+            self._act_on(link_lost(self._s, self._row, reason))
 
     @property
     def profile(self) -> Profile:
@@ -269,154 +230,11 @@ class Session:
 
     def _begin(self) -> None:
         self._begun = True
-        now_us = self._heard_us = self._s.now_us
-        for schedule in (
-            self._streamer.schedule,
-            self._heartbeats,
-            self._origin_requests,
-            self._battery_looks,
-        ):
-            schedule.start(now_us)
+        now_us = self._s.heard_us = self._s.now_us
+        self._streamer.schedule.start(now_us)
+        self._heartbeats.start(now_us)
+        self._watch.begin(now_us)
         self._enter(State.CONNECT)
-
-    def _take_in(self, messages: list[Message]) -> None:
-        s = self._s
-        local_before = s.vehicle.local
-        if s.link.refused_n and not self._refused:
-            self._refused = True
-            s.tell("warning", "refused: a frame that was not signed with our key, or had come before")
-        for message in messages:
-            if s.link.vehicle is None:
-                if not isinstance(message, Heartbeat):
-                    continue
-                if message.autopilot not in self._profiles:
-                    s.overheard.add(message.autopilot)
-                    continue
-                s.link.vehicle = message.system_id, message.component_id
-                s.profile = self._profiles[message.autopilot]
-                s.telemetry = TelemetryRequest(s.profile)
-            self._heard_us = s.now_us
-            s.vehicle.note(message)
-            if (listener := self._listeners.get(message.__class__)) is not None:
-                listener(message)
-        local = s.vehicle.local
-        if local is None or local is local_before:
-            return
-        s.local_us = s.now_us
-        s.clock.observe(s.now_us, local.time_boot_ms)
-        if s.follower is not None:
-            s.follower.heard(local.time_boot_ms * 1000.0, s.vehicle.position_ned_m)
-
-    def _hear_text(self, said: StatusText) -> None:
-        if said != self._said:
-            self._said = said
-            self._s.tell("warning" if said.severity <= _WARNING else "info", f"vehicle: {said.text}")
-
-    def _watch(self) -> None:
-        s = self._s
-        silence_s = (s.now_us - self._heard_us) * 1e-6
-        if silence_s > s.config.lost_after_s and s.link.vehicle is not None:
-            self.link_broke(f"link lost: nothing came for {silence_s:.0f} s")
-            return
-        beat = s.vehicle.heartbeat
-        if self._row.modes is None or beat is None:
-            return
-        if not beat.armed:
-            if not self._row.may_disarm:
-                self._conclude("the vehicle disarmed by itself")
-            return
-        if beat.custom_mode in self._modes:
-            self._mode_reached = True
-        elif self._mode_reached or beat.custom_mode != self._entry_mode:
-            self._hands_off(beat)
-            return
-        if s.vehicle.origin != s.origin or s.now_us >= self._origin_requests.due_us:
-            self._watch_origin()
-        self._watch_position()
-        self._watch_height()
-        self._watch_following()
-        if s.now_us >= self._battery_looks.due_us:
-            self._watch_battery()
-
-    def _watch_origin(self) -> None:
-        s = self._s
-        if self._origin_requests.take(s.now_us):
-            self._out.append(s.link.command(Command.REQUEST_MESSAGE, MessageId.GPS_GLOBAL_ORIGIN))
-        now, then = s.vehicle.origin, s.origin
-        if now is None or then is None or now == then:
-            return
-        s.origin = now
-        moved_m = math.hypot(*LocalFrame(GeoPoint(*then)).point_enu_m(GeoPoint(*now)))
-        words = f"the vehicle's local origin moved by {moved_m:.2f} m in flight"
-        if moved_m > s.config.governor.reserve_m and self.state not in (
-            State.BRAKE,
-            State.RETURN,
-            State.LAND,
-        ):
-            self._give_up(f"{words}; flying home", State.BRAKE)
-        else:
-            s.tell("warning", words)
-
-    def _watch_position(self) -> None:
-        """Away from the wall and home as soon as the position is in doubt; on as it was, never after what jumped."""
-        jumped, fault = self._doubts.jumped(), self._doubts.fault
-        if self.state not in _ON_THE_WAY or not (jumped or fault):
-            return
-        if self._doubts.misleads:
-            self._note_failure(f"{fault}, which leads it astray; away from the wall and landing it there")
-            self._enter_or_land(State.LEAVE)
-        elif self.state is not State.RETURN:
-            self._note_failure(f"{jumped or fault}: away from the wall and home")
-            self._enter_or_land(State.RETURN)
-        elif fault and self._s.elapsed_s > _RECKONS_S:
-            self._give_up(f"{fault} still, and it no longer knows where it is; landing it there", State.LAND)
-        elif jumped and not fault and self._s.follower is not None:
-            self._s.tell("warning", f"{jumped}; going on home from there")
-            follower = self._s.follower
-            follower.reference = follower.reference.shifted(*self._doubts.shift_ned_m)
-
-    def _watch_height(self) -> None:
-        """Away from the wall and down, not home over the building, as soon as it cannot hold its height."""
-        s = self._s
-        if self.state not in _FLIES or s.follower is None:
-            return
-        if (why := self._sinking.look(s.now_us, s.follower.below_m, s.follower.climb_mps)) is not None:
-            self._note_failure(f"{why}; away from the wall and landing it there")
-            self._enter_or_land(State.LEAVE)
-
-    def _watch_following(self) -> None:
-        s = self._s
-        before_us, self._watched_us = self._watched_us, s.now_us
-        if not self._row.moves or s.follower is None or s.follower.pace.rate > 0.0:
-            self._following_us = s.now_us
-            return
-        self._stood_us += s.now_us - max(before_us, self._following_us)
-        stands_s, unheard_s = (s.now_us - self._following_us) * 1e-6, (s.now_us - s.local_us) * 1e-6
-        if unheard_s > s.config.told_within_s:
-            self._give_up(
-                f"the vehicle does not tell where it is for {unheard_s:.0f} s; landing it there", State.LAND
-            )
-        elif stands_s > s.config.follow_within_s:
-            why = f"the vehicle is {s.follower.error_m:.1f} m off its path for {stands_s:.0f} s"
-            self._give_up(f"{why}; landing it there", State.LAND)
-        elif self.state is State.STREAM and self._stood_us * 1e-6 > s.config.stand_at_most_s:
-            waited_s = self._stood_us * 1e-6
-            self._give_up(f"it had to be waited for {waited_s:.0f} s in all; flying home", State.BRAKE)
-
-    def _watch_battery(self) -> None:
-        """Once a second, and only as long as there is inspection left to give up; a hold lasts no longer either."""
-        s = self._s
-        if (
-            self.state not in (State.STREAM, State.HOLD)
-            or s.trajectory is None
-            or not self._battery_looks.take(s.now_us)
-        ):
-            return
-        held = self.state is State.HOLD
-        if (held or s.path_t_s < s.trajectory.span_s("inspection")[1]) and (
-            why := self._battery.time_to_return(s)
-        ):
-            self._give_up(f"{why}; flying home", State.BRAKE)
 
     def _obey(self, wish: Wish) -> None:
         if self.state is State.RESTORE:
@@ -440,12 +258,11 @@ class Session:
         self._s.entered_us = self._ask_due_us = self._s.now_us
         self._s.tell("info", f"going on: {self.state.value}")
 
-    def _hands_off(self, beat: Heartbeat) -> None:
-        mode = self._s.profile.mode_name(beat.custom_mode)
-        if beat.system_status >= SystemStatus.CRITICAL:
-            self._conclude(f"the vehicle's own failsafe took over: {mode}")
+    def _act_on(self, finding: Finding) -> None:
+        if finding.then is None:
+            self._conclude(finding.reason, finding.exit_code)
         else:
-            self._conclude(f"pilot took over: {mode}; nothing more is sent to the vehicle")
+            self._give_up(finding.reason, finding.then)
 
     def _turn(self) -> None:
         """Go as far along the course as it lets us, then ask for what the present state needs."""
@@ -465,12 +282,17 @@ class Session:
             self._ask_due_us = s.now_us + round(self._row.ask_every_s * 1e6)
             self._out.append(ask(s))
 
-    @property
-    def _streams(self) -> bool:
-        """Whether setpoints go out; on the way down, until the vehicle has left the mode that follows."""
-        s = self._s
-        left = self._row.may_disarm and s.vehicle.mode != s.profile.follow.custom_mode
-        return self.outcome is None and self._row.streams and not left
+    def _tick(self) -> None:
+        """The setpoint that is due, and what camera and gimbal are told with it."""
+        s, row = self._s, self._row
+        if s.to_vehicle is None or row.modes is None:
+            return
+        streams = self.outcome is None and row.streams
+        if row.may_disarm and s.vehicle.mode != s.profile.follow.custom_mode:
+            streams = False  # on its way down the vehicle has left the mode that follows
+        self._out.append(self._streamer.tick(streams=streams, moves=row.moves))
+        if self._shutter is not None and self.outcome is None:
+            self._out.append(self._shutter.tick())
 
     def _too_late(self, row: Row) -> None:
         words = row.words(self._s)
@@ -484,45 +306,38 @@ class Session:
 
     def _enter(self, state: State) -> None:
         s = self._s
+        state = diverted(self.state, state, s)
         if state is State.ARM and s.config.dry_run:
             self._conclude("dry run: all but arming went well", 0)
-            return
-        if state is State.ROUTE and self.state is State.ORIGIN and s.alignment is not None:
-            state = State.MEASURE
-        if state is State.FAILSAFES and s.config.question and not (s.consented or s.config.dry_run):
-            state = State.CONSENT
-        if state is State.OVER and self.state is State.HAND_OVER:
-            self._conclude(f"handed over: it holds in {s.profile.hold.name}; change its mode to fly it")
-            return
-        if state is State.OVER:
-            self.state = State.LAND  # where the flight ended
-            self._conclude(
-                f"landed, disarmed ({self._failure})" if self._failure else "flown, landed, disarmed",
-                1 if self._failure else 0,
-            )
-            return
-        self.state, self._row = state, COURSE[state]
-        s.entered_us = self._ask_due_us = s.now_us
-        self._entry_mode, self._mode_reached = s.vehicle.mode, False
-        if self._row.modes is not None:
-            self._modes = frozenset(mode.custom_mode for mode in self._row.modes(s.profile))
-        if self._row.enter is not None:
-            self._row.enter(s)
-        s.tell("info", state.value)
+        elif state is State.OVER:
+            self._end()
+        else:
+            self.state, self._row = state, COURSE[state]
+            s.entered_us = self._ask_due_us = s.now_us
+            self._watch.entered(self._row)
+            if self._row.enter is not None:
+                self._row.enter(s)
+            s.tell("info", state.value)
 
-    def _enter_or_land(self, state: State) -> None:
+    def _end(self) -> None:
+        """The course is at its end."""
+        if self.state is State.HAND_OVER:
+            self._conclude(f"handed over: it holds in {self._s.profile.hold.name}; change its mode to fly it")
+            return
+        self.state = State.LAND  # where the flight ended
+        if self._failure is None:
+            self._conclude("flown, landed, disarmed", 0)
+        else:
+            self._conclude(f"landed, disarmed ({self._failure})")
+
+    def _give_up(self, reason: str, state: State) -> None:
+        """Go on with `state` as best it can; where that is refused, land."""
+        self._s.tell("error", reason)
+        self._failure = f"{self._failure}; {reason}" if self._failure else reason
         try:
             self._enter(state)
         except MavspiralError as refusal:
             self._give_up(f"{refusal}; landing", State.LAND)
-
-    def _give_up(self, reason: str, state: State) -> None:
-        self._note_failure(reason)
-        self._enter(state)
-
-    def _note_failure(self, reason: str) -> None:
-        self._s.tell("error", reason)
-        self._failure = f"{self._failure}; {reason}" if self._failure else reason
 
     def _conclude(self, reason: str, exit_code: int = 1) -> None:
         self._s.tell("error" if exit_code else "info", reason)

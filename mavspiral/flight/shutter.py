@@ -11,6 +11,7 @@ runs by itself, and nothing is counted.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -86,7 +87,9 @@ class Shutter:
         self._s = situation
         self._orders = orders
         self._route: Trajectory | None = None
+        self._trigger = orders.trigger
         self._due_s: list[float] = []
+        self._next_s = math.inf
         self._pitches_deg: list[float] = []
         self._open: list[_Order] = []
         self._newest: int | None = None
@@ -111,24 +114,30 @@ class Shutter:
         if s.trajectory is not self._route and s.trajectory is not None:
             self._route = s.trajectory
             self._due_s = list(map(float, self._orders.due_s(s.trajectory)))
+            self._look_forward()
             pitches_rad = s.trajectory.sampled(_PITCH_S).gimbal_pitch_rad
             self._pitches_deg = list(map(float, np.degrees(pitches_rad)))
         path_t_s = s.path_t_s
         on_it = path_t_s == path_t_s  # else off the trajectory, NaN
         told = b""
-        if self._orders.trigger == "distance":
+        if self._trigger == "distance":
             told = self._by_distance(on_it and self._due_s[0] <= path_t_s <= self._due_s[-1])
-        elif self._orders.trigger != "none":
+        elif self._trigger != "none":
             if self._doubted:
                 told = self._ask_before()
             if self._open:
                 told += self._again()
-            if on_it and self.commanded_n < len(self._due_s) and path_t_s >= self._due_s[self.commanded_n]:
+            if path_t_s >= self._next_s:
                 told += self._shoot(self.commanded_n)
                 self.commanded_n += 1
-        if self._orders.gimbal and on_it and s.now_us >= self._tilts_due_us:
+                self._look_forward()
+        if s.now_us >= self._tilts_due_us and on_it and self._orders.gimbal:
             told += self._tilt(path_t_s)
         return told
+
+    def _look_forward(self) -> None:
+        due_s, n = self._due_s, self.commanded_n
+        self._next_s = due_s[n] if n < len(due_s) else math.inf
 
     def heard(self, message: Message) -> None:
         """Take in what the camera or the vehicle has answered."""

@@ -5,9 +5,9 @@ A weakened motor shows in nothing else: the autopilot gives up height before it 
 
 from __future__ import annotations
 
-__all__ = ["Sinking"]
+__all__ = ["SAG_M", "Sinking"]
 
-_SAG_M, _FOR_US = 1.0, 2_000_000
+SAG_M, _FOR_US = 1.0, 2_000_000
 """A healthy vehicle is within 0.3 m of its height, in gusts too; a height that its estimate jumps by is flown back sooner."""
 
 _LATE_S = 0.5
@@ -20,9 +20,14 @@ class Sinking:
     def __init__(self) -> None:
         self._since_us: int | None = None
 
+    @property
+    def began(self) -> bool:
+        """Whether it was too low when last looked at."""
+        return self._since_us is not None
+
     def look(self, now_us: int, below_m: float, climb_mps: float) -> str | None:
         """Why it must come down, in words; `below_m` under a path that climbs with `climb_mps`."""
-        if below_m - _LATE_S * max(0.0, climb_mps) <= _SAG_M:
+        if below_m - _LATE_S * max(0.0, climb_mps) <= SAG_M:
             self._since_us = None
         elif self._since_us is None:
             self._since_us = now_us

@@ -43,7 +43,8 @@ class Situation:
     Args:
         now_us: the clock that drives us.
         entered_us: when the present state began.
-        local_us: when the vehicle last told its position.
+        heard_us: when the vehicle last said anything.
+        local_us: when it last told its position.
         awaited: the autopilots that it may be, in words.
         overheard: MAV_AUTOPILOT of others that were heard instead.
         origin: the origin that `to_vehicle` was made from.
@@ -62,6 +63,7 @@ class Situation:
     telemetry: TelemetryRequest
     now_us: int = 0
     entered_us: int = 0
+    heard_us: int = 0
     local_us: int = 0
     vehicle: Vehicle = field(default_factory=Vehicle)
     clock: VehicleClock = field(default_factory=VehicleClock)
@@ -70,6 +72,7 @@ class Situation:
     to_vehicle: RigidMap | None = None
     trajectory: Trajectory | None = None
     leg_begins_s: tuple[float, ...] = ()
+    inspection_ends_s: float = math.nan
     awaited: str = ""
     overheard: set[int] = field(default_factory=set)
     reference: Reference | None = None

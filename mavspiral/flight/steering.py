@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 from numba import njit
 
 from mavspiral.arrays import FloatArray
@@ -62,6 +61,19 @@ def paced(
 
 
 @njit(cache=True)
+def _quintic(
+    c: FloatArray, row: int, axis: int, s: float, r1: float, r2: float, rr: float
+) -> tuple[float, float, float]:
+    """Value, rate and acceleration of one axis at `s` of [0, 1] on a row of the table."""
+    k0, k1, k2 = c[row, axis, 0], c[row, axis, 1], c[row, axis, 2]
+    k3, k4, k5 = c[row, axis, 3], c[row, axis, 4], c[row, axis, 5]
+    value = ((((k5 * s + k4) * s + k3) * s + k2) * s + k1) * s + k0
+    first = (((5.0 * k5 * s + 4.0 * k4) * s + 3.0 * k3) * s + 2.0 * k2) * s + k1
+    second = ((20.0 * k5 * s + 12.0 * k4) * s + 6.0 * k3) * s + 2.0 * k2
+    return value, r1 * first, r2 * second + rr * first
+
+
+@njit(cache=True)
 def setpoint_at(c: FloatArray, knot_s: float, t_s: float, rate: float, rate_change_per_s: float) -> Setpoint:
     """The setpoint at path time `t_s` from the table `c` (n, 4, 6) of power coefficients, `knot_s` apart.
 
@@ -72,16 +84,11 @@ def setpoint_at(c: FloatArray, knot_s: float, t_s: float, rate: float, rate_chan
     s = x - row
     r1 = rate / knot_s
     r2, rr = r1 * r1, rate_change_per_s / knot_s
-    value, slope, bend = np.empty(4), np.empty(4), np.empty(4)
-    for i in range(4):
-        k = c[row, i]
-        value[i] = ((((k[5] * s + k[4]) * s + k[3]) * s + k[2]) * s + k[1]) * s + k[0]
-        first = (((5.0 * k[5] * s + 4.0 * k[4]) * s + 3.0 * k[3]) * s + 2.0 * k[2]) * s + k[1]
-        second = ((20.0 * k[5] * s + 12.0 * k[4]) * s + 6.0 * k[3]) * s + 2.0 * k[2]
-        slope[i], bend[i] = r1 * first, r2 * second + rr * first
-    yaw = (value[3] + math.pi) % _TAU - math.pi
-    p, v, a = value, slope, bend
-    return p[0], p[1], p[2], v[0], v[1], v[2], a[0], a[1], a[2], yaw, v[3]
+    n, v_n, a_n = _quintic(c, row, 0, s, r1, r2, rr)
+    e, v_e, a_e = _quintic(c, row, 1, s, r1, r2, rr)
+    d, v_d, a_d = _quintic(c, row, 2, s, r1, r2, rr)
+    yaw, yaw_rate, _ = _quintic(c, row, 3, s, r1, r2, rr)
+    return n, e, d, v_n, v_e, v_d, a_n, a_e, a_d, (yaw + math.pi) % _TAU - math.pi, yaw_rate
 
 
 @njit(cache=True)

@@ -41,11 +41,14 @@ class Streamer:
         fresh = s.now_us - s.local_us < _FRESH_US
         longest_s = _LONGEST_ADVANCE_S * max(1.0, s.clock.rate)
         setpoint = follower.advance(vehicle_us, longest_s=longest_s, hold=not (fresh and moves))
-        path_t_s = s.path_t_s
-        self._tell_leg(path_t_s)
-        if moves:
+        path_t_s, rate, _ = follower.pace
+        if follower.reference is not s.reference:
+            path_t_s = math.nan
+        else:
+            self._tell_leg(path_t_s)
+        if moves and (rate == 0.0 or self._stands):
             self._tell_pace(follower)
-        pace = path_t_s, follower.pace.rate
+        pace = path_t_s, rate
         self.recorder.row(s.now_us, vehicle_us, self._leg, pace, follower.due, s.vehicle)
         if (gap_s := self.schedule.sent(s.now_us)) > _STALL_S:
             s.tell("warning", f"no setpoint went out for {gap_s:.2f} s")
@@ -58,8 +61,7 @@ class Streamer:
 
     def _tell_leg(self, path_t_s: float) -> None:
         s = self._s
-        if s.trajectory is None or path_t_s != path_t_s:  # NaN: off the trajectory
-            return
+        assert s.trajectory is not None
         leg = bisect.bisect_right(s.leg_begins_s, path_t_s) - 1
         if leg != self._leg:
             self._leg = leg

@@ -35,14 +35,16 @@ class VehicleClock:
         """Take in that the vehicle's clock showed `time_boot_ms` in a message that came at `now_us`."""
         heard_us = time_boot_ms * 1000.0
         elapsed_us = now_us - self._now_us
-        expected_us = self.at(now_us)
+        expected_us = self._vehicle_us + self.rate * elapsed_us
         error_us = heard_us - expected_us
-        if self._n == 0 or abs(error_us) > _JUMP_US * max(1.0, self.rate):
+        if self._n == 0 or (abs(error_us) > _JUMP_US and abs(error_us) > _JUMP_US * self.rate):
             self._n, self._now_us, self._vehicle_us, self._interval_us = 1, now_us, heard_us, 0.0
             return
         if elapsed_us <= 0:
             return
-        self._n = n = min(self._n + 1, _MEMORY_N)
+        n = self._n
+        if n < _MEMORY_N:
+            self._n = n = n + 1
         alpha, beta = _GAINS[n - 1]
         self._interval_us += (elapsed_us - self._interval_us) / (n - 1)
         self._vehicle_us = expected_us + alpha * error_us

@@ -97,7 +97,8 @@ def frames(described, rng):
 
 
 def test_every_value_is_of_a_message_that_is_checked_here():
-    assert sum(kind.make is not None for kind in KINDS.values()) == len(MEANING)
+    known = [kind for kind in KINDS.values() if kind.make is not None or kind.tuple_of is not None]
+    assert len(known) == len(MEANING)
 
 
 @pytest.mark.parametrize("name", MEANING)

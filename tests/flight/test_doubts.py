@@ -30,7 +30,7 @@ def telling(doubts, seconds, *, speed_mps=3.0, beside=lambda t_s: 0.0, hz=50, be
     """North at that speed, and what the estimate is beside it."""
     for k in range(round(seconds * hz)):
         t_s = begin_s + k / hz
-        doubts.heard(
+        doubts.moved(
             LocalPosition(round(1000 * t_s), speed_mps * t_s + beside(t_s), 0.0, 0.0, speed_mps, 0.0, 0.0)
         )
         if (said := doubts.jumped()) is not None:
@@ -59,7 +59,7 @@ def test_with_rtk_half_of_it_is_too_much():
     for fix_type, doubted in ((3, False), (4, False), (5, True), (6, True)):
         doubts = Doubts(1.5)
         telling(doubts, 1.0)
-        doubts.heard(GpsFix(fix_type, 19.0, -99.0))
+        doubts.fixed(GpsFix(fix_type, 19.0, -99.0))
         assert (telling(doubts, 8, begin_s=1.0, beside=lambda t_s: 1.0 * (t_s > 2)) is not None) is doubted
 
 
@@ -75,7 +75,7 @@ def test_lost_packets_on_a_circle_are_no_doubt(loss):
     for k in range(0, 6000, loss):
         turn = 3.0 * k / 50 / 10.0
         place, speed = (10 * math.cos(turn), 10 * math.sin(turn)), (-3 * math.sin(turn), 3 * math.cos(turn))
-        doubts.heard(LocalPosition(20 * k, *place, 0.0, *speed, 0.0))
+        doubts.moved(LocalPosition(20 * k, *place, 0.0, *speed, 0.0))
         assert doubts.jumped() is None
 
 
@@ -83,7 +83,7 @@ def test_a_vehicle_that_never_had_a_fix_flies_by_something_else():
     doubts = Doubts(1.5)
     for k in range(20):
         telling(doubts, 0.5, begin_s=0.5 * k)
-        doubts.heard(GpsFix(0, 0.0, 0.0))
+        doubts.fixed(GpsFix(0, 0.0, 0.0))
         assert doubts.fault is None
 
 
@@ -92,8 +92,8 @@ def test_fixes_that_stand_still_are_a_fault_only_while_it_moves():
     for k in range(10):
         telling(standing, 0.5, begin_s=0.5 * k, speed_mps=0.0)
         telling(moving, 0.5, begin_s=0.5 * k)
-        standing.heard(GpsFix(3, 19.0, -99.0))
-        moving.heard(GpsFix(3, 19.0, -99.0))
+        standing.fixed(GpsFix(3, 19.0, -99.0))
+        moving.fixed(GpsFix(3, 19.0, -99.0))
     assert standing.fault is None and moving.fault == "its GPS repeats itself"
     assert moving.misleads and not standing.misleads
 
@@ -128,9 +128,9 @@ def silent_after(*, positions_kept=1.0, every_s=0.2):
     for k in range(6000):
         t_s = k / 50
         if (0.37 * k) % 1.0 < positions_kept:
-            doubts.heard(LocalPosition(20 * k, 3.0 * t_s, 0.0, 0.0, 3.0, 0.0, 0.0))
+            doubts.moved(LocalPosition(20 * k, 3.0 * t_s, 0.0, 0.0, 3.0, 0.0, 0.0))
         if t_s < 60.0 and k % round(50 * every_s) == 0:
-            doubts.heard(GpsFix(3, 19.0 + 1e-5 * t_s, -99.0))
+            doubts.fixed(GpsFix(3, 19.0 + 1e-5 * t_s, -99.0))
         if doubts.fault:
             return t_s - 60.0
     return None
