@@ -18,13 +18,14 @@ import numpy as np
 
 from sitl.airframe import RECEIVERS, load_airframe
 from sitl.autopilot.memory import NOTHING
+from sitl.clock import FRAME_US
 from sitl.estimator.ekf import ALIGN_FRAMES, Ekf
 from sitl.estimator.error_state import report
 from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, HORIZON_FRAMES, new_nav
 from sitl.kernels import is_compiled
 from sitl.loop import live
 from sitl.params import Params
-from sitl.signals import FRAME_US, Demand, GeoPoint
+from sitl.signals import Demand, GeoPoint
 from sitl.vehicle import Vehicle, VehicleConfig
 
 __all__ = ["compiled_beside", "work"]

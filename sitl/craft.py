@@ -8,6 +8,7 @@ from typing import Literal
 from sitl.autopilot.commander import Commander, CommanderState
 from sitl.autopilot.copter import Copter
 from sitl.autopilot.copter_memory import CopterState
+from sitl.clock import FRAME_US
 from sitl.faults import Fault, LinkFault
 from sitl.link.parameters import ParameterTable, TableState
 from sitl.link.report import Report
@@ -15,7 +16,7 @@ from sitl.link.signing import Signing
 from sitl.orders import FlightStatus, Notice, Order, Verdict
 from sitl.params import Params
 from sitl.plans import MissionRun, Plans
-from sitl.signals import FRAME_US, Demand, FloatArray, GeoPoint, Setpoint
+from sitl.signals import Demand, FloatArray, GeoPoint, Setpoint
 from sitl.vehicle import Vehicle, VehicleConfig, VehicleState
 
 __all__ = ["Craft", "CraftState", "Event", "SimulatorConfig"]

@@ -11,6 +11,7 @@ import numpy as np
 
 from sitl.autopilot.cascade import DEMAND, GAINS, MIND, control, detect_ground
 from sitl.autopilot.rate import filter_gyro
+from sitl.clock import FRAME_S
 from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, IMU_S, NAV, RING, advance_horizon, tick
 from sitl.geo import GRAVITY_MPS2
 from sitl.kernels import kernel
@@ -29,7 +30,6 @@ from sitl.physics.sensors import (
     measure_imu,
     measure_mag,
 )
-from sitl.signals import FRAME_S
 
 __all__ = ["BLOCK_FRAMES", "BRAIN", "NOISE", "WORLD", "live"]
 

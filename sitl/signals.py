@@ -15,8 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from sitl.kernels import Triple
 
 __all__ = [
-    "FRAME_S",
-    "FRAME_US",
     "AttitudeSetpoint",
     "BaroSample",
     "Demand",
@@ -30,10 +28,6 @@ __all__ = [
     "TruthState",
     "vector",
 ]
-
-FRAME_US = 10_000
-"""The vehicle lives in frames of this length: 4 steps of physics and cascade, 2 IMU samples, one word of its commander."""
-FRAME_S = 1e-6 * FRAME_US
 
 FloatArray = NDArray[np.float64]
 

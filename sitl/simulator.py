@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from sitl.clock import FRAME_US
 from sitl.craft import Craft, CraftState, Event, SimulatorConfig
 from sitl.faults import Fault, LinkFault
 from sitl.link.channel import Channel, ChannelState
@@ -15,7 +16,7 @@ from sitl.link.px4 import Px4Link, Px4LinkState
 from sitl.link.report import Report
 from sitl.link.signing import Signer, SignerState
 from sitl.link.streams import GCS_RATES_HZ, OFFBOARD_RATES_HZ
-from sitl.signals import FRAME_US, Estimate, TruthState
+from sitl.signals import Estimate, TruthState
 
 if TYPE_CHECKING:
     from sitl.link.ardupilot import ArduPilotLink, ArduPilotLinkState

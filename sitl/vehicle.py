@@ -11,6 +11,7 @@ import numpy as np
 
 from sitl.airframe import RECEIVERS, Airframe, Receiver, Senses
 from sitl.autopilot.cascade import new_mind, set_demand, set_gains
+from sitl.clock import FRAME_US
 from sitl.estimator.ekf import Ekf
 from sitl.estimator.error_state import report
 from sitl.estimator.strapdown import EKF2_HORIZON_FRAMES, new_nav, vibration
@@ -24,7 +25,6 @@ from sitl.physics.dynamics import new_body, new_plant
 from sitl.physics.sensors import BOOT_NORMALS, GPS_DELAY_FRAMES, measure_range, new_sensed
 from sitl.rotation import from_euler
 from sitl.signals import (
-    FRAME_US,
     BaroSample,
     Demand,
     Estimate,

@@ -44,7 +44,7 @@ copter_params
 faults params
 airframe
 orders
-signals geo plans
+signals geo plans clock
 rotation
 kernels
 """

@@ -20,6 +20,7 @@ from sitl.autopilot.offboard import commands_every_axis, lost_us
 from sitl.autopilot.pilot import Pilot
 from sitl.autopilot.planning import leave_mission, shoot, stand_down_mission, take_plan
 from sitl.autopilot.progress import proceed
+from sitl.clock import FRAME_S
 from sitl.orders import (
     Arm,
     ChangeSpeed,
@@ -46,7 +47,7 @@ from sitl.orders import (
     Verdict,
     WishMode,
 )
-from sitl.signals import FRAME_S, Demand, Setpoint
+from sitl.signals import Demand, Setpoint
 
 __all__ = ["Commander", "CommanderState"]
 

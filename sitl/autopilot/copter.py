@@ -25,6 +25,7 @@ from sitl.autopilot.memory import NOTHING
 from sitl.autopilot.pilot import Pilot
 from sitl.autopilot.smart import fly_back
 from sitl.autopilot.trip import Trip
+from sitl.clock import FRAME_S
 from sitl.orders import (
     Condition,
     FenceStatus,
@@ -38,7 +39,7 @@ from sitl.orders import (
     Verdict,
 )
 from sitl.plans import MissionRun, PlanItem
-from sitl.signals import FRAME_S, Demand, GeoPoint, Setpoint
+from sitl.signals import Demand, GeoPoint, Setpoint
 
 __all__ = ["Copter"]
 

@@ -9,8 +9,8 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Protocol
 
+from sitl.clock import FRAME_US
 from sitl.link.frames import datagrams
-from sitl.signals import FRAME_US
 
 __all__ = [
     "ARDUPILOT_TCP_PORTS",

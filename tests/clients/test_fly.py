@@ -17,6 +17,8 @@ from mavspiral.flight.journal import read_journal
 from mavspiral.logbook.progress import progress_of
 from mavspiral.survey.solids import Solids
 
+LOST_N = 12
+"""The journal may lose a second, which is eight of a vehicle that lives so much faster."""
 ROOT = Path(__file__).parents[2]
 FLIES_S = 200.0
 
@@ -93,7 +95,9 @@ def test_killed_in_mid_inspection_it_resumes_and_every_wall_is_seen(start_vehicl
     taken_n = len(killed.pictures) + len(second.pictures)
     for table, blank in ((summary["files"]["geotags"], ","), (summary["files"]["geo_txt"], " ")):
         named = [line.split(blank)[0] for line in Path(table).read_text().splitlines()[1:]]
-        assert named == [f"DSC{number:05d}.JPG" for number in range(1, taken_n + 1)]
+        numbers = [int(name.removeprefix("DSC").removesuffix(".JPG")) for name in named]
+        assert len(numbers) == taken_n and numbers[0] == 1 and numbers == sorted(set(numbers))
+        assert numbers[-1] <= taken_n + LOST_N  # of the second that the journal may lose
     assert 0.0 < second.begin["begin_s"] < second.begin["end_s"] and second.end["ok"]
     for number in ("", ".1"):
         assert (tmp_path / f"kiosk{number}.flight.npz").stat().st_size > 10_000
