@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from sitl.geo import ned_of_geodetic
-from sitl.link.messages import Message, message_type
+from sitl.link.messages import Message
 from sitl.link.report import Report, euler_rad
 from sitl.signals import Setpoint
 
@@ -24,8 +24,6 @@ _FASTEST = 1000.0
 
 STOP = Setpoint(_NAN3, _NAN3, _NAN3, math.nan, math.nan)
 """What ArduPilot makes of a message that it cannot follow: brake and stay."""
-_LOCAL = message_type("SET_POSITION_TARGET_LOCAL_NED")
-_GLOBAL = message_type("SET_POSITION_TARGET_GLOBAL_INT")
 
 
 def local_target(message: Message, report: Report) -> Setpoint:
