@@ -50,7 +50,7 @@ def keeps_plans(prompt, folder, dialect):
 
 def keeps_parameters(prompt, name, value):
     # By FTP in ArduPilot's dialect; PX4's has no such file, says so at once, and lists them.
-    prompt.types("param fetch", r"Received \d{3,} parameters", limit_s=5.0)
+    prompt.types("param fetch", r"Received \d{3,} parameters")
     prompt.types(f"param set {name} {value}", "")
     prompt.asks(f"param fetch {name}", rf"{name} = {value}\.0")
     prompt.types(f"param show {name}", rf"{name} +{value}\.0")
