@@ -129,6 +129,62 @@ def test_while_it_flies_nothing_is_collected_and_other_threads_give_way_soon():
     assert (gc.isenabled(), sys.getswitchinterval()) == before
 
 
+class SleepyProcessor:
+    """A transport and a clock: whoever sleeps wakes 0.7 ms late, and packets come as they please."""
+
+    def __init__(self, packets_us=()):
+        self.now_us, self.packets_us = 0, list(packets_us)
+
+    def clock(self):
+        self.now_us += 1
+        return self.now_us
+
+    def send(self, data):
+        assert not data
+
+    def receive(self, timeout_s):
+        until_us = self.now_us + round(timeout_s * 1e6)
+        if self.packets_us and self.packets_us[0] <= until_us:
+            self.now_us = max(self.now_us, self.packets_us.pop(0))
+            return b"packet"
+        self.now_us = until_us + 700 * (timeout_s > 0)
+        return b""
+
+
+class Metronome:
+    """A deadline every 20 ms, a hundred times; a packet takes 0.5 ms to be taken in."""
+
+    def __init__(self, processor):
+        self.outcome, self._processor = None, processor
+        self.due_us, self.late_us = 20_000, []
+
+    def step(self, now_us, received):
+        self._processor.now_us += 500 * bool(received)
+        if now_us >= self.due_us:
+            self.late_us.append(now_us - self.due_us)
+            self.due_us += 20_000
+        if len(self.late_us) == 100:
+            self.outcome = Outcome(True, State.LAND, "over", 0)
+        return Step(b"", self.due_us, ())
+
+    def stop(self):
+        raise AssertionError
+
+
+def test_it_is_awake_when_a_deadline_comes():
+    processor = SleepyProcessor()
+    metronome = Metronome(processor)
+    drive(metronome, processor, now_us=processor.clock)
+    assert max(metronome.late_us) < 10
+
+
+def test_a_packet_that_comes_just_before_a_deadline_waits_for_it():
+    processor = SleepyProcessor(20_000 * turn - 100 for turn in range(2, 90))
+    metronome = Metronome(processor)
+    drive(metronome, processor, now_us=processor.clock)
+    assert not processor.packets_us and max(metronome.late_us) < 10
+
+
 def test_a_strangers_datagrams_open_no_conversation(px4):
     port = free_port()
     with (
