@@ -28,7 +28,7 @@ The rate loops keep the airframe's own gains, which have other units in ArduPilo
 _LEAST, _LEAST_TILT_DEG, _MOST_TILT_DEG = 1e-3, 10.0, 80.0
 """Whatever a ground station sets, nothing is divided by zero."""
 _FREE_MPS = 30.0
-"""ArduPilot limits what it shapes, not what its position loop asks for."""
+"""ArduPilot limits what it shapes, not what its position loop asks for; nor does its land detector mind a speed over the ground."""
 
 
 @functools.cache
@@ -47,5 +47,6 @@ def body_params(values: Mapping[str, float], airframe: Params) -> Params:
         MPC_XY_VEL_MAX=_FREE_MPS,
         MPC_Z_VEL_MAX_UP=_FREE_MPS,
         MPC_Z_VEL_MAX_DN=_FREE_MPS,
+        LNDMC_XY_VEL_MAX=_FREE_MPS,
         MAV_SYS_ID=int(values["SYSID_THISMAV"]),
     )

@@ -22,6 +22,7 @@ __all__ = [
     "notify",
     "refuse",
     "stand_down",
+    "trusts_place",
 ]
 
 PREARM_US = 23_000_000
@@ -114,6 +115,11 @@ def knows_place(condition: Condition) -> bool:
     if condition.time_us < PLACE_US or condition.origin is None:
         return False
     return condition.fix_age_us <= _LOST_US
+
+
+def trusts_place(state: CopterState, condition: Condition) -> bool:
+    """Whether it flies by its position now: not while the EKF failsafe lasts, whatever the filter says (Copter::position_ok)."""
+    return not state.alarms.ekf_bad and knows_place(condition)
 
 
 def refuse(state: CopterState, condition: Condition, text: str) -> Verdict:

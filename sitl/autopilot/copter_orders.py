@@ -9,7 +9,14 @@ from dataclasses import replace
 from sitl.autopilot.arming import home_of, is_ready
 from sitl.autopilot.auto import Auto, changed
 from sitl.autopilot.auto_items import navigates, takes_off_first
-from sitl.autopilot.copter_memory import CopterState, knows_place, notify, refuse, stand_down
+from sitl.autopilot.copter_memory import (
+    CopterState,
+    knows_place,
+    notify,
+    refuse,
+    stand_down,
+    trusts_place,
+)
 from sitl.autopilot.copter_modes import COPTER_MODES
 from sitl.autopilot.fence import beyond
 from sitl.autopilot.guided import Guided, begin_guided
@@ -155,7 +162,7 @@ def switch(state: CopterState, mode: Mode, condition: Condition) -> Verdict:
     name = mode.name
     if mode is state.mode:
         return Verdict.ACCEPTED
-    if state.armed and COPTER_MODES[mode].needs_place and not knows_place(condition):
+    if state.armed and COPTER_MODES[mode].needs_place and not trusts_place(state, condition):
         return refuse(state, condition, f"Mode change to {name} failed: requires position")
     if mode is Mode.AUTO:
         if not navigates(state.plans.mission):
@@ -169,7 +176,7 @@ def switch(state: CopterState, mode: Mode, condition: Condition) -> Verdict:
     if state.mode is Mode.AUTO:
         state.payload = replace(state.payload, paused=True)
     state.mode, state.going = mode, None
-    state.blind = mode is Mode.LAND and not knows_place(condition)
+    state.blind = mode is Mode.LAND and not trusts_place(state, condition)
     return Verdict.ACCEPTED
 
 
@@ -178,7 +185,7 @@ def _reposition(
 ) -> Verdict:
     """Only in GUIDED, which it may change to; NaN keeps what is."""
     origin = condition.origin
-    if origin is None or not knows_place(condition):
+    if origin is None or not trusts_place(state, condition):
         return Verdict.NOT_NOW
     if switch(state, Mode.GUIDED, condition) is not Verdict.ACCEPTED:
         return Verdict.NOT_NOW

@@ -95,6 +95,27 @@ def test_a_mode_that_needs_a_place_is_refused_without_one(aloft):
     assert aloft.ask(176, 1, GUIDED) == 4
 
 
+def test_with_fixes_that_repeat_themselves_it_lands_blind_whoever_else_fails_and_disarms(aloft):
+    """Such fixes are believed anew every 7 s: RTL would fly by them, and a speed that they tell keeps nobody armed."""
+    set_parameters(aloft, FS_GCS_ENABLE=1)
+    north, east, down = aloft.here.tolist()
+    begin_s = aloft.now_s
+
+    def ahead():
+        aloft.target(p=(north + 3.0 * (aloft.now_s - begin_s), east, down), v=(3.0, 0.0, 0.0))
+
+    aloft.live(4.0, ahead)
+    strike(aloft, "sensor_stuck=gps")
+    told = texts(aloft.until(lambda: mode(aloft) == "LAND", 6.0, ahead))
+    assert told == ["EKF variance", "EKF Failsafe: changed to LAND Mode"]
+    aloft.say(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+    begun_m = aloft.simulator.truth.position_ned_m[:2].copy()
+    told = texts(aloft.until(lambda: not aloft.flight.armed, 60.0))
+    assert "GCS Failsafe" in told and "Mode change to RTL failed: requires position" in told
+    assert mode(aloft) == "LAND"
+    assert math.dist(aloft.simulator.truth.position_ned_m[:2], begun_m) < 20.0
+
+
 def test_a_vehicle_that_lies_on_its_side_is_disarmed(aloft):
     strike(aloft, "motor=2:0")
     told = texts(aloft.live(12.0))
