@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mavspiral.errors import InputError
 from mavspiral.export.geo import trajectory_kml
 from mavspiral.export.geojson import flight_geojson
 from mavspiral.export.geotags import geo_txt, geotags_csv, photo_name
@@ -128,27 +131,42 @@ def _flight_picture(flight: Flight, path: Path, summary: dict[str, Any]) -> Path
 def write_live(flight: LiveFlight, folder: Path, summary: dict[str, Any]) -> dict[str, str]:
     """The files of a real flight by kind: what grew as it flew, npz (when it came off the ground), geotags, geo_txt and json.
 
-    Each earlier flight that it went on from gets its log too, from the journal, as NAME.1.flight.npz and so on.
+    Each earlier flight that it went on from gets its log too, from the journal, as NAME.1.flight.npz and so on. What cannot be
+    written, as on a full disk, is not among them but among the summary's warnings: its figures are all the more wanted then.
     """
     name = flight.inspection.mission.name
-    names = {**flight.files, "fly_json": str(folder / f"{name}.fly.json")}
+    first_photo = flight.inspection.mission.camera.first_photo
+    frame = flight.inspection.site.heights.frame
+    writers: dict[str, tuple[str, Callable[[Path], object]]] = {}
     if flight.log is not None:
-        names["npz"] = str(folder / f"{name}.flight.npz")
-        flight.log.save(Path(names["npz"]))
+        writers["npz"] = f"{name}.flight.npz", flight.log.save
     if flight.shots is not None and flight.photo_numbers:
-        first_photo, frame = (
-            flight.inspection.mission.camera.first_photo,
-            flight.inspection.site.heights.frame,
-        )
         photos = tuple(photo_name(first_photo, n) if n >= 0 else None for n in flight.photo_numbers)
         for kind, ending, table in (("geotags", "geotags.csv", geotags_csv), ("geo_txt", "geo.txt", geo_txt)):
-            path = write_text(folder / f"{name}.{ending}", table(flight.shots, photos, frame))
-            names[kind] = str(path)
+            text = table(flight.shots, photos, frame)
+            writers[kind] = f"{name}.{ending}", partial(write_text, content=text)
     for number, log in enumerate(flight.earlier, start=1):
-        names[f"npz_{number}"] = str(folder / f"{name}.{number}.flight.npz")
-        log.save(Path(names[f"npz_{number}"]))
-    write_json(Path(names["fly_json"]), {**summary, "files": names})
+        writers[f"npz_{number}"] = f"{name}.{number}.flight.npz", log.save
+    names = {**flight.files, "fly_json": str(folder / f"{name}.fly.json")}
+    warnings = summary["warnings"]
+    for kind, (file, write) in writers.items():
+        names |= _written(kind, folder / file, write, warnings)
+    document = {**summary, "files": names}
+    if not _written("fly_json", folder / f"{name}.fly.json", partial(write_json, document=document), warnings):
+        del names["fly_json"]
     return names
+
+
+def _written(
+    kind: str, path: Path, write: Callable[[Path], object], warnings: list[str]
+) -> dict[str, str]:
+    """The file by its kind; nothing but a warning if it could not be written."""
+    try:
+        write(path)
+    except InputError as error:
+        warnings.append(str(error))
+        return {}
+    return {kind: str(path)}
 
 
 def _inspection_s(flight: Flight) -> tuple[tuple[float, float], ...]:

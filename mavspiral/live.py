@@ -116,6 +116,8 @@ def fly(
             _begin(journal, order, resume)
 
         def told(_: Session, step: Step) -> None:
+            for words in recording.news():
+                session.warn(words)
             if journals:
                 journal.note(session, step)
             for event in step.events:

@@ -157,6 +157,10 @@ class Session:
         elif self._s.alignment is not None and self._s.alignment.question:
             self._s.alignment.approved = True
 
+    def warn(self, words: str) -> None:
+        """Have the next step tell a warning of whoever drives us."""
+        self._s.tell("warning", words)
+
     def link_broke(self, reason: str) -> None:
         """The link is gone for good, says whoever drives us."""
         if self.outcome is None:

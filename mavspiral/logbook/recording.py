@@ -21,6 +21,7 @@ class Recording:
     def __init__(self, folder: Path | None, name: str) -> None:
         self.files: dict[str, str] = {}
         self._spools: dict[str, Spool] = {}
+        self._said: set[str] = set()
         if folder is None:
             return
         tlog, journal = folder / f"{name}.tlog", folder / f"{name}.journal"
@@ -37,11 +38,23 @@ class Recording:
         if self._spools:
             self._spools["journal"].write(data)
 
+    def news(self) -> tuple[str, ...]:
+        """Which files have begun to fail since the last time, in words: while it flies, there is time to take over."""
+        failed = [kind for kind, spool in self._spools.items() if spool.lost_n and kind not in self._said]
+        self._said.update(failed)
+        return tuple(
+            f"{self.files[kind]} is not written any more ({self._why(kind)}); the flight goes on without it"
+            for kind in failed
+        )
+
+    def _why(self, kind: str) -> str:
+        return str(self._spools[kind].error or "the disk is too slow")
+
     @property
     def troubles(self) -> tuple[str, ...]:
         """What could not be written, in words."""
         return tuple(
-            f"{self.files[kind]}: {spool.lost_n} bytes could not be written ({spool.error or 'the disk is too slow'})"
+            f"{self.files[kind]}: {spool.lost_n} bytes could not be written ({self._why(kind)})"
             for kind, spool in self._spools.items()
             if spool.lost_n
         )

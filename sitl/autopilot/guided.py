@@ -95,8 +95,11 @@ class Guided(NamedTuple):
         a_north, a_east, a_down = setpoint.acceleration_ned_mps2
         placed, moving, pushed = math.isfinite(north), math.isfinite(v_north), math.isfinite(a_north)
         before = self if self.trip is None else self._replace(glide=self.trip.glide, trip=None)
-        if not (placed or moving) or (placed and pushed and not moving):
+        if not (placed or moving or pushed) or (placed and pushed and not moving):
             return before.stopped(now_us)
+        if not (placed or moving):  # an acceleration alone goes on from the speed that it has
+            v_north, v_east = before.glide.velocity_mps.real, before.glide.velocity_mps.imag
+            v_down, moving = before.glide.down_speed_mps, True
         goal = Glide(
             complex(north, east) if placed else before.glide.position_m,
             complex(v_north, v_east) if moving else 0j,

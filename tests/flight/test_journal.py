@@ -10,6 +10,7 @@ from fake_flight import PLAN_ORIGIN, fly, make_session
 from mavspiral.errors import InputError
 from mavspiral.flight.journal import JournalWriter, read_journal, whole_n
 from mavspiral.flight.spool import Spool
+from mavspiral.logbook.recording import Recording
 from mavspiral.frames import LocalFrame
 
 FACTS = {"digest": "0", "resumes": False, "begin_s": 0.0, "end_s": 40.0}
@@ -109,3 +110,24 @@ def test_a_disk_that_fails_costs_log_and_nothing_else():
         spool.write(b"x" * 1000)
     spool.close()
     assert spool.lost_n == 100_000 and "space" in str(spool.error)
+
+
+def test_a_file_that_fails_is_said_once_while_it_flies_and_summed_up_afterwards(tmp_path):
+    if not Path("/dev/full").exists():
+        pytest.skip("needs /dev/full")
+    (tmp_path / "hut.tlog").symlink_to("/dev/full")
+    with Recording(tmp_path, "hut") as recording:
+        assert recording.news() == ()
+        recording.packets(b"x" * 1000)
+        recording.journal(b"")
+        until = time.monotonic() + 5.0
+        while not (news := recording.news()):
+            assert time.monotonic() < until
+            time.sleep(0.01)
+        recording.packets(b"x" * 1000)
+        assert len(news) == 1 and "hut.tlog is not written any more" in news[0] and "space" in news[0]
+        assert recording.news() == ()
+    assert recording.news() == ()
+    assert [words.split(": ")[1] for words in recording.troubles] == [
+        "2000 bytes could not be written ([Errno 28] No space left on device)"
+    ]

@@ -63,6 +63,15 @@ def test_400_hz_is_refused_as_too_fast(copter):
     assert any("too fast" in text for text in texts(heard))
 
 
+def test_the_local_position_is_absent_until_the_ekf_has_an_origin(copter):
+    copter.live(4.0)
+    copter.command(511, 32, 100_000)
+    copter.command(511, 30, 100_000)
+    heard = copter.until(lambda: copter.simulator.report.origin is not None, 40.0)
+    assert not pick(heard[:-100], "LOCAL_POSITION_NED") and pick(heard, "ATTITUDE")
+    assert pick(copter.live(1.0), "LOCAL_POSITION_NED")
+
+
 def test_links_are_asked_one_by_one(copter):
     copter.live(4.0)
     copter.command(511, 30, 100_000)
@@ -369,6 +378,43 @@ def test_offset_frames_count_from_where_it_is_at_every_message_so_that_streaming
     before = aloft.here.copy()
     aloft.live(20.0, lambda: aloft.target(p=(4.0, 0.0, 0.0), frame=7))
     assert aloft.here[0] - before[0] > 15.0
+
+
+def test_in_body_axes_a_velocity_flies_along_the_nose_and_a_yaw_counts_from_it(aloft):
+    aloft.target(p=tuple(aloft.here.tolist()), yaw=math.radians(90.0))
+    aloft.live(5.0)
+    aloft.target(v=(2.0, 0.0, 0.0), frame=8, yaw_rate=0.0)
+    aloft.live(2.5)
+    assert aloft.simulator.report.estimate.velocity_ned_mps == pytest.approx([0.0, 2.0, 0.0], abs=0.4)
+    aloft.target(v=(0.0, 0.0, 0.0), frame=9, yaw=math.radians(30.0))
+    aloft.live(8.0)
+    assert yaw_deg(aloft) == pytest.approx(120.0, abs=4.0)
+
+
+def test_an_acceleration_alone_is_followed(aloft):
+    aloft.live(2.0, lambda: aloft.target(a=(1.0, 0.0, 0.0), yaw=0.0))
+    north_mps, east_mps, down_mps = aloft.simulator.report.estimate.velocity_ned_mps
+    assert 1.0 < north_mps < 2.5
+    assert (east_mps, down_mps) == pytest.approx((0.0, 0.0), abs=0.3)
+
+
+def test_a_target_beyond_the_fence_is_refused_without_a_word_and_the_one_before_it_kept(aloft):
+    for name, value in ((b"FENCE_RADIUS", 30.0), (b"FENCE_ENABLE", 1.0)):
+        aloft.say(mavlink.MAVLink_param_set_message(1, 1, name, value, 9))
+    north, east, down = aloft.here.tolist()
+    aloft.target(p=(north + 8.0, east, down))
+    aloft.live(3.0)
+    aloft.target(p=(north, east + 100.0, down))
+    heard = aloft.live(8.0)
+    assert aloft.here == pytest.approx([north + 8.0, east, down], abs=0.5)
+    assert not pick(heard, "STATUSTEXT") and not pick(heard, "COMMAND_ACK")
+
+
+def test_an_origin_is_not_moved_by_who_sets_another(aloft):
+    origin = aloft.simulator.report.origin
+    aloft.say(mavlink.MAVLink_set_gps_global_origin_message(1, 470_000_000, 80_000_000, 500_000))
+    assert not aloft.live(0.5)
+    assert aloft.simulator.report.origin == origin
 
 
 def test_with_yaw_and_yaw_rate_ignored_the_nose_turns_along_the_velocity(aloft):

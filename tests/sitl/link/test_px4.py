@@ -25,9 +25,12 @@ TELEMETRY_RATES_HZ = {
     "SYS_STATUS": 5,
     "HEARTBEAT": 1,
     "ESTIMATOR_STATUS": 1,
+    "MISSION_CURRENT": 1,
     "PING": 1,
+    "SCALED_PRESSURE": 1,
     "SYSTEM_TIME": 1,
     "BATTERY_STATUS": 0.5,
+    "CURRENT_MODE": 0.5,
     "HOME_POSITION": 0.5,
     "VIBRATION": 0.5,
 }
@@ -362,6 +365,35 @@ def test_what_px4_takes_for_a_setpoint_is_a_stream(client, good):
     client.command(176, 1, 6)
     client.live(0.1, lambda: client.setpoint(**good))
     assert client.flight.mode is Mode.OFFBOARD
+
+
+def heading_deg(client):
+    w, x, y, z = client.simulator.truth.q_ned_frd
+    return math.degrees(math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
+def test_without_a_yaw_the_nose_stays_where_it_is_and_a_yaw_rate_alone_turns_it(client):
+    client.airborne()
+    here = tuple(client.simulator.report.estimate.position_ned_m.tolist())
+    client.live(0.5, lambda: client.setpoint(here, yaw=1.0))
+    client.command(176, 1, 6)
+    client.live(5.0, lambda: client.setpoint(here, yaw=1.0))
+    client.live(5.0, lambda: client.setpoint((here[0] + 9.0, *here[1:]), mask=0x400 | 0x800 | 0x1F8))
+    held_deg = heading_deg(client)
+    assert held_deg == pytest.approx(math.degrees(1.0), abs=6.0)  # along the way were 0; nothing brings it back
+    assert client.simulator.truth.position_ned_m[0] > 6.0
+    client.live(3.0, lambda: client.setpoint(here, mask=0x400 | 0x1F8, yaw_rate=math.radians(20.0)))
+    assert 35.0 < heading_deg(client) - held_deg < 65.0
+
+
+def test_a_velocity_in_body_axes_flies_along_the_nose(client):
+    client.airborne()
+    here = tuple(client.simulator.report.estimate.position_ned_m.tolist())
+    client.live(0.5, lambda: client.setpoint(here, yaw=math.pi / 2))
+    client.command(176, 1, 6)
+    client.live(5.0, lambda: client.setpoint(here, yaw=math.pi / 2))
+    client.live(5.0, lambda: client.setpoint(velocity=(2.0, 0.0, 0.0), frame=8, mask=0x407 | 0x1C0 | 0x800))
+    assert client.simulator.truth.velocity_ned_mps == pytest.approx([0.0, 2.0, 0.0], abs=0.25)
 
 
 def fly_north(client, speed_mps=3.0):
