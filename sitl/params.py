@@ -107,7 +107,11 @@ DEFAULTS: Final[Mapping[str, float | int]] = {
     "SYS_FAILURE_EN": 0,
     "THR_MDL_FAC": 0.0,
 }
-"""Name to default. A float here is a REAL32 on the link, an int an INT32."""
+"""Name to default. A float here is a REAL32 on the link, an int an INT32.
+
+PX4's list of 878 lacks MIS_DIST_1WP and MIS_TKO_LAND_REQ, since it tells what has been looked up (`param_find`) and looks
+these two up with the first mission that it checks (FeasibilityChecker.cpp); by name it answers at any time. Here they are told at once.
+"""
 
 
 class Params(Mapping[str, float | int]):

@@ -96,6 +96,77 @@ def test_what_the_autopilot_refuses(autopilot, item, words):
     assert all(line.startswith("item 2: ") for line in verdict.errors)
 
 
+CIRCLE = {"version": 1, "inclusion": True, "circle": {"center": [47.4, 8.55], "radius": 2000.0}}
+SQUARE = [[47.39, 8.54], [47.39, 8.56], [47.41, 8.56], [47.41, 8.54]]
+
+
+@pytest.mark.parametrize(
+    ("plan", "autopilot", "words"),
+    [
+        (
+            plan_of(TAKEOFF, WAYPOINT, fence={"version": 2, "polygons": [], "circles": [CIRCLE] * 65}),
+            "px4",
+            "geoFence: 65 corners and circles; PX4 holds 64",
+        ),
+        (
+            plan_of(
+                TAKEOFF,
+                WAYPOINT,
+                fence={
+                    "version": 2,
+                    "polygons": [{"version": 1, "inclusion": True, "polygon": SQUARE}] * 17,
+                    "circles": [],
+                },
+            ),
+            "px4",
+            "geoFence: 68 corners and circles; PX4 holds 64",
+        ),
+        (
+            plan_of(TAKEOFF, WAYPOINT, rally=[[47.4, 8.55, 30.0]] * 33),
+            "px4",
+            "rallyPoints: 33 points; PX4 holds 32",
+        ),
+        (
+            plan_of(TAKEOFF, simple(16, 0, 0, 0, None, 47.4001, 8.5501, None)),
+            None,
+            "NAV_WAYPOINT without a height",
+        ),
+        (plan_of(simple(178, 1, 5, -1, frame=2)), None, "mission.items: no item has a place to fly to"),
+    ],
+)
+def test_what_there_is_too_much_of_or_too_little(plan, autopilot, words):
+    (error,) = check_document(plan, autopilot).errors
+    assert words in error
+
+
+@pytest.mark.parametrize(
+    ("plan", "autopilot", "words"),
+    [
+        (plan_of(TAKEOFF, WAYPOINT, simple(178, 1, 0, -1, frame=2)), "px4", "item 3: DO_CHANGE_SPEED without"),
+        (plan_of(WAYPOINT), "px4", "item 1: the mission begins without a take-off"),
+        (
+            plan_of(TAKEOFF, simple(16, 0, 0, 0, None, 47.4001, 8.5501, -5)),
+            "px4",
+            "item 2: 5 m below home",
+        ),
+        (
+            plan_of(simple(22, 0, 0, 0, None, 47.4, 8.5635, 20), WAYPOINT),
+            "px4",
+            "m from home, more than MIS_DIST_1WP = 900 m",
+        ),
+        (
+            plan_of(TAKEOFF, simple(16, 1.5, 0, 0, None), firmware=3),
+            "ardupilot",
+            "item 2: ArduCopter waits whole seconds only",
+        ),
+    ],
+)
+def test_what_the_autopilot_does_otherwise_than_it_reads_is_warned_of(plan, autopilot, words):
+    verdict = check_document(plan, autopilot)
+    (warning,) = verdict.warnings
+    assert verdict.ok and words in warning
+
+
 def test_the_items_within_a_survey_are_judged_and_counted():
     verdict = check_document(plan_of(TAKEOFF, SURVEY))
     assert verdict.ok
