@@ -152,14 +152,14 @@ def write_live(flight: LiveFlight, folder: Path, summary: dict[str, Any]) -> dic
     for kind, (file, write) in writers.items():
         names |= _written(kind, folder / file, write, warnings)
     document = {**summary, "files": names}
-    if not _written("fly_json", folder / f"{name}.fly.json", partial(write_json, document=document), warnings):
+    if not _written(
+        "fly_json", folder / f"{name}.fly.json", partial(write_json, document=document), warnings
+    ):
         del names["fly_json"]
     return names
 
 
-def _written(
-    kind: str, path: Path, write: Callable[[Path], object], warnings: list[str]
-) -> dict[str, str]:
+def _written(kind: str, path: Path, write: Callable[[Path], object], warnings: list[str]) -> dict[str, str]:
     """The file by its kind; nothing but a warning if it could not be written."""
     try:
         write(path)

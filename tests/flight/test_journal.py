@@ -10,8 +10,8 @@ from fake_flight import PLAN_ORIGIN, fly, make_session
 from mavspiral.errors import InputError
 from mavspiral.flight.journal import JournalWriter, read_journal, whole_n
 from mavspiral.flight.spool import Spool
-from mavspiral.logbook.recording import Recording
 from mavspiral.frames import LocalFrame
+from mavspiral.logbook.recording import Recording
 
 FACTS = {"digest": "0", "resumes": False, "begin_s": 0.0, "end_s": 40.0}
 

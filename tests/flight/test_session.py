@@ -39,6 +39,14 @@ def ned_of_plan(position_enu_m):
     return np.stack(pymap3d.ecef2ned(*ecef, *VEHICLE_ORIGIN), axis=-1)
 
 
+def test_a_warning_of_whoever_drives_it_is_told_with_the_next_step():
+    session = make_session()
+    session.step(0, b"")
+    session.warn("the disk is full")
+    assert ("warning", "the disk is full") in [(e.severity, e.text) for e in session.step(20_000, b"").events]
+    assert not session.step(40_000, b"").events
+
+
 def test_a_flight_from_connecting_to_disarming(px4):
     session = make_session()
     fly(session, px4)

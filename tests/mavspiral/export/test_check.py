@@ -142,7 +142,11 @@ def test_what_there_is_too_much_of_or_too_little(plan, autopilot, words):
 @pytest.mark.parametrize(
     ("plan", "autopilot", "words"),
     [
-        (plan_of(TAKEOFF, WAYPOINT, simple(178, 1, 0, -1, frame=2)), "px4", "item 3: DO_CHANGE_SPEED without"),
+        (
+            plan_of(TAKEOFF, WAYPOINT, simple(178, 1, 0, -1, frame=2)),
+            "px4",
+            "item 3: DO_CHANGE_SPEED without",
+        ),
         (plan_of(WAYPOINT), "px4", "item 1: the mission begins without a take-off"),
         (
             plan_of(TAKEOFF, simple(16, 0, 0, 0, None, 47.4001, 8.5501, -5)),

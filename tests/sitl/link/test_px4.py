@@ -380,7 +380,9 @@ def test_without_a_yaw_the_nose_stays_where_it_is_and_a_yaw_rate_alone_turns_it(
     client.live(5.0, lambda: client.setpoint(here, yaw=1.0))
     client.live(5.0, lambda: client.setpoint((here[0] + 9.0, *here[1:]), mask=0x400 | 0x800 | 0x1F8))
     held_deg = heading_deg(client)
-    assert held_deg == pytest.approx(math.degrees(1.0), abs=6.0)  # along the way were 0; nothing brings it back
+    assert held_deg == pytest.approx(
+        math.degrees(1.0), abs=6.0
+    )  # along the way were 0; nothing brings it back
     assert client.simulator.truth.position_ned_m[0] > 6.0
     client.live(3.0, lambda: client.setpoint(here, mask=0x400 | 0x1F8, yaw_rate=math.radians(20.0)))
     assert 35.0 < heading_deg(client) - held_deg < 65.0
