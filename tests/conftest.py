@@ -1,4 +1,7 @@
-"""What several tests share: the missions' plans, made once, and the flag that renews golden files."""
+"""What several tests share: the missions' plans, made once, and the flag that renews golden files.
+
+No example that hypothesis draws has a time limit: on a busy machine any of them may be kept waiting.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,12 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 ROOT = Path(__file__).parents[1]
+
+settings.register_profile("busy", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("busy")
 
 collect_ignore = [
     "foreign"
