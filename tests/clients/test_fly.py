@@ -17,6 +17,7 @@ from patience import eventually
 from pymavlink import mavutil
 
 from mavspiral.flight.journal import read_journal
+from mavspiral.logbook.card import card_numbers
 from mavspiral.logbook.progress import progress_of
 from mavspiral.survey.solids import Solids
 from sitl.link.tlog import logged_frames
@@ -106,10 +107,13 @@ def test_killed_in_mid_inspection_it_resumes_and_every_wall_is_seen(start_vehicl
     assert summary["coverage"]["walls"] > 0.99
     _, second = read_journal(tmp_path / "kiosk.journal")
     taken_n = len(killed.pictures) + len(second.pictures)
+    # Whose telling was late or lost may have no number: on the wall clock some have none, in lockstep all have.
+    known_n = sum(n >= 0 for row in card_numbers([killed.pictures, second.pictures]) for n in row)
+    assert known_n > 0.8 * taken_n
     for table, blank in ((summary["files"]["geotags"], ","), (summary["files"]["geo_txt"], " ")):
         named = [line.split(blank)[0] for line in Path(table).read_text().splitlines()[1:]]
         numbers = [int(name.removeprefix("DSC").removesuffix(".JPG")) for name in named]
-        assert len(numbers) == taken_n and numbers[0] == 1 and numbers == sorted(set(numbers))
+        assert len(numbers) == known_n and numbers[0] == 1 and numbers == sorted(set(numbers))
         assert numbers[-1] <= taken_n + LOST_N  # of the second that the journal may lose
     assert 0.0 < second.begin["begin_s"] < second.begin["end_s"] and second.end["ok"]
     for number in ("", ".1"):
