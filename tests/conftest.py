@@ -1,13 +1,24 @@
-"""What several tests share: the missions' plans, made once, and the flag that renews golden files."""
+"""What several tests share: the missions' plans, made once, and the flag that renews golden files.
+
+No example that hypothesis draws has a time limit: on a busy machine any of them may be kept waiting. And whoever starts us in
+the background has Ctrl-C ignored by us and by all that we start; several tests send it.
+"""
 
 from __future__ import annotations
 
+import signal
 from functools import cache
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 ROOT = Path(__file__).parents[1]
+
+settings.register_profile("busy", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("busy")
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 collect_ignore = [
     "foreign"

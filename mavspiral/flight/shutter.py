@@ -168,7 +168,7 @@ class Shutter:
         if self._orders.trigger == "distance":
             self.pictures.append(Picture(-1, vehicle_s, image_index))
             return
-        before = [order for order in self._open if order.vehicle_s <= vehicle_s + _EARLY_S]
+        before = [order for order in self._open if order.vehicle_s <= vehicle_s + _EARLY_S * self._haste]
         if not before:
             return
         *earlier, this = before
@@ -184,6 +184,11 @@ class Shutter:
         self._open.remove(this)
         self.pictures.append(Picture(this.shot, vehicle_s, image_index))
 
+    @property
+    def _haste(self) -> float:
+        """How many of its seconds one of ours may be: a clock that runs faster is read so much more coarsely."""
+        return max(1.0, self._s.clock.rate)
+
     def _ask_before(self) -> bytes:
         if not self._doubted or self._s.now_us < self._before_due_us:
             return b""
@@ -196,7 +201,7 @@ class Shutter:
 
     def _taken_before(self, vehicle_s: float) -> None:
         """The picture before the first that was told was taken then: ours, or one that was on the card already."""
-        ours = [order for order in self._doubted if order.vehicle_s <= vehicle_s + _EARLY_S]
+        ours = [order for order in self._doubted if order.vehicle_s <= vehicle_s + _EARLY_S * self._haste]
         if ours:
             self.pictures.append(Picture(ours[-1].shot, vehicle_s, self._before))
             self._doubted.remove(ours[-1])
@@ -241,7 +246,7 @@ class Shutter:
         """A shot that was accepted long ago was taken, though nobody told: we know when it was commanded."""
         now_s = self._s.clock.at(self._s.now_us) * 1e-6
         for order in tuple(self._open):
-            if order.accepted and now_s - order.vehicle_s > _UNTOLD_S:
+            if order.accepted and now_s - order.vehicle_s > _UNTOLD_S * self._haste:
                 self._open.remove(order)
                 self.pictures.append(Picture(order.shot, order.vehicle_s))
 

@@ -20,6 +20,8 @@ __all__ = ["Transport", "judge_url", "open_transport"]
 
 _READ_N = 65536
 _DATAGRAM_N = 1400
+_WAITING_N = 4 * 2**20
+"""Bytes. As much as may wait in a socket while a busy machine does not let us run: by default PX4 fills it in 0.7 s."""
 _DIAL_S = 10.0
 _PEER_SILENT_S = 3.0
 _BAUD = 57600
@@ -98,6 +100,8 @@ class _Udp:
         self._heard_s = 0.0
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        with contextlib.suppress(OSError):  # Linux gives as much as it allows, others refuse
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _WAITING_N)
         self._peer: tuple[object, ...] | None = None
         try:
             if listens:

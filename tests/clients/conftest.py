@@ -11,11 +11,12 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import pytest
+from patience import LIMIT_S, eventually
 
 from sitl.pytest_plugin.ports import free_ports
 
 ROOT = Path(__file__).parents[2]
-START_LIMIT_S = 240.0  # numba may have to compile first
+START_LIMIT_S = 400.0  # numba may have to compile first
 
 
 @dataclass
@@ -38,15 +39,31 @@ class Vehicle:
     def gcs_port(self):
         return 14550 + self.instance
 
+    def says(self, words, limit_s=LIMIT_S):
+        """Wait for a line with these words: a reader of its own brings them, sooner or later."""
+        return eventually(lambda: next((line for line in self.lines if words in line), None), limit_s)
+
 
 def free_instance():
     """An instance whose ports nobody has; any of them, since another test run looks for one at the same time."""
     return random.choice(list(free_ports("px4"))).instance
 
 
-def launch(*options, instance=None):
-    """Start `python -m sitl` and wait until it is ready to arm."""
-    instance = free_instance() if instance is None else instance
+def launch(*options):
+    """`python -m sitl`, ready to arm. Where somebody was quicker to take its ports, it gets others."""
+    while True:
+        vehicle, ready = _started(options, free_instance())
+        if not ready.wait(START_LIMIT_S):
+            vehicle.process.kill()
+            raise AssertionError(vehicle.lines)
+        if vehicle.process.poll() is None:
+            return vehicle
+        said = vehicle.process.stderr.read()
+        assert "is taken" in said, (said, vehicle.lines)
+
+
+def _started(options, instance):
+    """The vehicle, and an event that is set when it is ready or has ended."""
     process = subprocess.Popen(
         [sys.executable, "-m", "sitl", "--instance", str(instance), *options],
         cwd=ROOT,
@@ -62,6 +79,7 @@ def launch(*options, instance=None):
             vehicle.lines.append(line.rstrip())
             if "ready to arm" in line:
                 ready.set()
+        process.wait()
         ready.set()  # it has ended: no use in waiting
 
     threading.Thread(target=listen, daemon=True).start()
@@ -70,17 +88,16 @@ def launch(*options, instance=None):
 
 def stop(vehicle):
     vehicle.process.send_signal(signal.SIGINT)
-    assert vehicle.process.wait(10.0) == 0, vehicle.process.stderr.read()
+    assert vehicle.process.wait(LIMIT_S) == 0, vehicle.process.stderr.read()
 
 
 @pytest.fixture
 def start_vehicle():
     started = []
 
-    def start(*options, instance=None):
-        vehicle, ready = launch(*options, instance=instance)
+    def start(*options):
+        vehicle = launch(*options)
         started.append(vehicle)
-        assert ready.wait(START_LIMIT_S) and vehicle.process.poll() is None, vehicle.lines
         return vehicle
 
     yield start
@@ -91,7 +108,6 @@ def start_vehicle():
 @pytest.fixture(scope="module")
 def shared_vehicle():
     """One vehicle for all tests of a file, at eight times real time."""
-    vehicle, ready = launch("--speedup", "8")
-    assert ready.wait(START_LIMIT_S), (vehicle.lines, vehicle.process.poll())
+    vehicle = launch("--speedup", "8")
     yield vehicle
     stop(vehicle)

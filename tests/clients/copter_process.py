@@ -5,34 +5,40 @@ import random
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
+
+from patience import LIMIT_S
 
 from sitl.pytest_plugin.ports import free_ports
 
 ROOT = Path(__file__).parents[2]
-START_LIMIT_S = 240.0  # numba may have to compile first
+
+
+def _started(options):
+    """A vehicle whose ports are open, and those ports. Where somebody was quicker to take them, it gets others."""
+    while True:
+        ports = random.choice(list(free_ports("ardupilot")))
+        chosen = ("--autopilot", "ardupilot", "--instance", str(ports.instance))
+        process = subprocess.Popen(
+            [sys.executable, "-m", "sitl", *chosen, *options],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        if "TCP" in process.stdout.readline():
+            return process, ports
+        said = process.communicate()[1]
+        assert "is taken" in said, said
 
 
 @contextlib.contextmanager
 def copter(*options):
     """A running vehicle: its ports are open, and it boots when somebody comes. Gives its first port and its system."""
-    ports = random.choice(list(free_ports("ardupilot")))  # another test run looks for some at the same time
-    chosen = ("--autopilot", "ardupilot", "--instance", str(ports.instance))
-    process = subprocess.Popen(
-        [sys.executable, "-m", "sitl", *chosen, *options],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    process, ports = _started(options)
     try:
-        deadline = time.monotonic() + START_LIMIT_S
-        line = process.stdout.readline()
-        assert "TCP" in line, (line, process.stderr.read())
-        assert time.monotonic() < deadline
         yield ports.companion, ports.instance + 1
     finally:
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=20.0)
+        out, err = process.communicate(timeout=LIMIT_S)
         assert process.returncode == 0, (out, err)

@@ -11,9 +11,9 @@ import time
 from pathlib import Path
 
 import pytest
+from patience import LIMIT_S
 
-LIMIT_S = 15.0
-PATIENCE_S = 5.0
+PATIENCE_S = 10.0
 
 
 def mavproxy():
@@ -50,14 +50,14 @@ class Prompt:
         )
         return match
 
-    def types(self, line, answer, limit_s=LIMIT_S):
+    def types(self, line, answer, patience_s=PATIENCE_S):
         """Type a line and wait for its answer; type it again where none comes.
 
         MAVProxy asks once for a list. On a busy machine its socket overflows, and the one answer may be among the lost.
         """
-        for _ in range(round(limit_s / PATIENCE_S)):
+        for _ in range(round(LIMIT_S / patience_s)):
             self._type(line)
-            match = self._found(answer, PATIENCE_S)
+            match = self._found(answer, patience_s)
             if match:
                 return match
         raise AssertionError(f"{answer!r} is not in\n{self._printed[self._seen :]}\nafter {line!r}")
@@ -65,6 +65,7 @@ class Prompt:
     def asks(self, line, answer, holds=bool, limit_s=LIMIT_S):
         """Type a question until its answer is one that holds."""
         deadline = time.monotonic() + limit_s
+        match = None
         while time.monotonic() < deadline:
             self._type(line)
             match = self._found(answer, 1.0)

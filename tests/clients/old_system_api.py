@@ -10,7 +10,7 @@ from mavsdk import System
 from mavsdk.offboard import PositionNedYaw, VelocityNedYaw
 
 
-async def first(stream, holds, limit_s=30.0):
+async def first(stream, holds, limit_s=90.0):
     async def search():
         async for item in stream:
             if holds(item):
@@ -58,7 +58,7 @@ async def run(port):
     print("offboard")
 
     await drone.action.land()
-    await first(drone.telemetry.armed(), lambda armed: not armed, 60.0)
+    await first(drone.telemetry.armed(), lambda armed: not armed)
     print("landed")
 
 

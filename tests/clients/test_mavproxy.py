@@ -48,11 +48,17 @@ def keeps_plans(prompt, folder, dialect):
     prompt.types("rally list", r"(?s)Requesting 1 rally items.*\n5100 .* 20\.0.*Saved 1 rally items")
 
 
-def keeps_parameters(prompt, name, value):
-    # By FTP in ArduPilot's dialect; PX4's has no such file, says so at once, and lists them.
-    prompt.types("param fetch", r"Received \d{3,} parameters")
+def sets(prompt, name, value):
+    """Set a parameter, and ask until it is so: `param set` says nothing."""
     prompt.types(f"param set {name} {value}", "")
     prompt.asks(f"param fetch {name}", rf"{name} = {value}\.0")
+
+
+def keeps_parameters(prompt, name, value):
+    # By FTP in ArduPilot's dialect; PX4's has no such file, says so at once, and lists them.
+    # What is lost of the list MAVProxy asks for again; typed again, it begins anew.
+    prompt.types("param fetch", r"Received \d{3,} parameters", patience_s=30.0)
+    sets(prompt, name, value)
     prompt.types(f"param show {name}", rf"{name} +{value}\.0")
 
 
@@ -78,11 +84,12 @@ def found():
 
 
 def test_an_arducopter_from_parameters_to_return(tmp_path):
-    with copter("--speedup", "10") as (port, _), session(f"tcp:127.0.0.1:{port}", tmp_path) as prompt:
+    with copter("--speedup", "6") as (port, _), session(f"tcp:127.0.0.1:{port}", tmp_path) as prompt:
         prompt.sees("online system")
         prompt.sees("EKF3 IMU0 is using GPS")
         keeps_parameters(prompt, "WPNAV_SPEED", "700")
         keeps_plans(prompt, tmp_path, "ardupilot")
+        sets(prompt, "DISARM_DELAY", "0")  # it waits for who types, however late
         prompt.types("mode GUIDED", "Mode GUIDED")
         prompt.types("arm throttle", "ARMED")
         prompt.types("takeoff 8", "NAV_TAKEOFF: ACCEPTED")
@@ -93,11 +100,12 @@ def test_an_arducopter_from_parameters_to_return(tmp_path):
 
 
 def test_a_px4_from_parameters_to_return(start_vehicle, tmp_path):
-    vehicle = start_vehicle("--speedup", "5")
+    vehicle = start_vehicle("--speedup", "3")
     with session(f"udpin:127.0.0.1:{vehicle.offboard_port}", tmp_path) as prompt:
         prompt.sees("online system")
         keeps_parameters(prompt, "RTL_RETURN_ALT", "15")
         keeps_plans(prompt, tmp_path, "px4")
+        sets(prompt, "COM_DISARM_PRFLT", "0")  # it waits for who types, however late
         prompt.types("arm throttle", "ARMED")
         # PX4 takes heights above the sea. MAVProxy 1.8.75 fails in its own `mode NAME` there, before it sends.
         prompt.types(f"takeoff {ALT_M + 8}", "Mode TAKEOFF")

@@ -11,7 +11,8 @@ from mavsdk.asyncio.plugins.offboard import OffboardAsync
 from mavsdk.asyncio.plugins.param import ParamAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
 from mavsdk.plugins.offboard import PositionNedYaw, VelocityNedYaw
-from mavsdk_session import async_system_of, first
+from mavsdk_session import async_insisted, async_system_of, first
+from patience import LIMIT_S
 
 
 async def fly(vehicle):
@@ -20,17 +21,18 @@ async def fly(vehicle):
         offboard, param = OffboardAsync(system), ParamAsync(system)
 
         assert await first(telemetry.subscribe_health_all_ok(), bool)
-        await action.set_takeoff_altitude(6.0)
-        assert await action.get_takeoff_altitude() == pytest.approx(6.0)
-        assert await param.get_param_int("NAV_RCL_ACT") == 2
+        await async_insisted(action.set_takeoff_altitude, 6.0)
+        assert await async_insisted(action.get_takeoff_altitude) == pytest.approx(6.0)
+        assert await async_insisted(param.get_param_int, "NAV_RCL_ACT") == 2
+        await async_insisted(param.set_param_float, "COM_DISARM_PRFLT", -1.0)  # it waits for us, however late
 
-        await action.arm()
-        await action.takeoff()
+        await async_insisted(action.arm)
+        await async_insisted(action.takeoff)
         await first(telemetry.subscribe_position_velocity_ned(), lambda p: p.position.down_m < -5.5)
         await asyncio.sleep(0.5)
 
         await offboard.set_position_ned(PositionNedYaw(5.0, 3.0, -8.0, 90.0))
-        await offboard.start()
+        await async_insisted(offboard.start)
         reached = await first(
             telemetry.subscribe_position_velocity_ned(),
             lambda p: (
@@ -44,15 +46,16 @@ async def fly(vehicle):
         )
         await asyncio.sleep(0.2)
         assert await offboard.is_active()
-        await offboard.stop()
+        await async_insisted(offboard.stop)
 
-        await action.land()
-        await first(telemetry.subscribe_armed(), lambda armed: not armed, 30.0)
+        await async_insisted(action.land)
+        await first(telemetry.subscribe_armed(), lambda armed: not armed)
 
 
 def test_health_arm_takeoff_offboard_and_land(start_vehicle):
     vehicle = start_vehicle("--speedup", "5")
-    asyncio.run(asyncio.wait_for(fly(vehicle), 60.0))
+    asyncio.run(asyncio.wait_for(fly(vehicle), 4.0 * LIMIT_S))
+    vehicle.says("disarmed: HOLD")
     kinds = [line.split("] ")[-1] for line in vehicle.lines]
     assert "mode: OFFBOARD" in kinds
     assert "disarmed: HOLD" in kinds

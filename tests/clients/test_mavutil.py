@@ -5,37 +5,62 @@ import sys
 import time
 
 import pytest
+from patience import LIMIT_S, eventually
 from pymavlink import mavutil
+
+ANSWER_S = 3.0
 
 
 def connect(port):
     connection = mavutil.mavlink_connection(f"udpin:127.0.0.1:{port}", dialect="common", source_system=251)
-    assert connection.wait_heartbeat(timeout=10) is not None
+    assert connection.wait_heartbeat(timeout=LIMIT_S) is not None
     return connection
 
 
-def wait(connection, kind, holds, limit_s=20.0):
+def heard(connection, kind, holds, limit_s):
     deadline = time.monotonic() + limit_s
     while time.monotonic() < deadline:
         message = connection.recv_match(type=kind, blocking=True, timeout=1.0)
         if message is not None and holds(message):
             return message
-    raise AssertionError(f"no such {kind} within {limit_s} s")
+    return None
+
+
+def wait(connection, kind, holds):
+    message = heard(connection, kind, holds, LIMIT_S)
+    assert message is not None, f"no such {kind} within {LIMIT_S} s"
+    return message
 
 
 def command(connection, number, *params):
     values = [*params, *[0.0] * (7 - len(params))]
-    connection.mav.command_long_send(connection.target_system, 1, number, 0, *values)
-    return wait(connection, "COMMAND_ACK", lambda ack: ack.command == number, 5.0).result
+
+    def answer():
+        """MAVLink's command protocol: what is not answered is sent again."""
+        connection.mav.command_long_send(connection.target_system, 1, number, 0, *values)
+        return heard(connection, "COMMAND_ACK", lambda ack: ack.command == number, ANSWER_S)
+
+    return eventually(answer).result
+
+
+def waits_for_take_off(connection):
+    """Armed, it does not lose patience, which a speed-up makes short."""
+
+    def told():
+        connection.param_set_send("COM_DISARM_PRFLT", 0.0)
+        return heard(connection, "PARAM_VALUE", lambda value: value.param_id == "COM_DISARM_PRFLT", ANSWER_S)
+
+    assert eventually(told).param_value == 0.0
 
 
 def test_arm_take_off_and_land_on_the_ground_stations_link(start_vehicle):
-    vehicle = start_vehicle("--speedup", "10")
+    vehicle = start_vehicle("--speedup", "5")
     connection = connect(vehicle.gcs_port)
     assert connection.target_system == vehicle.system
     assert connection.messages["HEARTBEAT"].autopilot == mavutil.mavlink.MAV_AUTOPILOT_PX4
     home = wait(connection, "HOME_POSITION", lambda _: True)
     nan = float("nan")
+    waits_for_take_off(connection)
 
     assert command(connection, mavutil.mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == 0
     connection.motors_armed_wait()
@@ -50,10 +75,9 @@ def test_arm_take_off_and_land_on_the_ground_stations_link(start_vehicle):
 
 
 def test_the_second_client_is_obeyed_but_hears_nothing(start_vehicle):
-    vehicle = start_vehicle("--speedup", "10")
+    vehicle = start_vehicle()
     first = connect(vehicle.offboard_port)
-    first.mav.heartbeat_send(6, 8, 0, 0, 4)
-    time.sleep(0.3)
+    waits_for_take_off(first)  # and so it is the first
     second = mavutil.mavlink_connection(
         f"udpout:127.0.0.1:{14580 + vehicle.instance}", dialect="common", source_system=252
     )
@@ -70,7 +94,7 @@ def test_a_taken_port_is_said_in_one_line(start_vehicle):
         [sys.executable, "-m", "sitl", "--instance", str(vehicle.instance)],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=400,
     )
     assert again.returncode == 2
     assert str(14580 + vehicle.instance) in again.stderr
@@ -80,7 +104,7 @@ def test_a_taken_port_is_said_in_one_line(start_vehicle):
 def test_a_polite_kill_ends_it_cleanly(start_vehicle, tmp_path):
     vehicle = start_vehicle("--tlog", str(tmp_path / "all.tlog"))
     vehicle.process.terminate()
-    assert vehicle.process.wait(10.0) == 0
+    assert vehicle.process.wait(LIMIT_S) == 0
     assert vehicle.process.stderr.read() == ""
     logged = mavutil.mavlink_connection(str(tmp_path / "all.tlog"), dialect="common")
     assert logged.recv_match(type="HEARTBEAT").autopilot == mavutil.mavlink.MAV_AUTOPILOT_PX4

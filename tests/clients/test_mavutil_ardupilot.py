@@ -8,38 +8,25 @@ import time
 
 import pytest
 from copter_process import ROOT, copter
+from patience import LIMIT_S
 from pymavlink import mavparm, mavutil, mavwp
+from waypoint_upload import upload
 
 
 def connect(port):
     os.environ["MAVLINK20"] = "1"
     master = mavutil.mavlink_connection(f"tcp:127.0.0.1:{port}", dialect="ardupilotmega", retries=30)
-    assert master.wait_heartbeat(timeout=20) is not None
+    assert master.wait_heartbeat(timeout=LIMIT_S) is not None
     return master
 
 
-def wait(master, condition, limit_s=40.0, **match):
+def wait(master, condition, limit_s=LIMIT_S, **match):
     deadline = time.monotonic() + limit_s
     while time.monotonic() < deadline:
         message = master.recv_match(blocking=True, timeout=1.0, **match)
         if message is not None and condition(message):
             return message
     raise AssertionError(f"no such {match} within {limit_s} s")
-
-
-def upload(master, path):
-    """As pymavlink's and MAVProxy's `wp load` do it."""
-    loader = mavwp.MAVWPLoader(master.target_system, master.target_component)
-    loader.load(str(path))
-    master.waypoint_clear_all_send()
-    wait(master, lambda _: True, type="MISSION_ACK")
-    master.waypoint_count_send(loader.count())
-    while True:
-        message = master.recv_match(type=["MISSION_REQUEST", "MISSION_ACK"], blocking=True, timeout=5)
-        assert message is not None
-        if message.get_type() == "MISSION_ACK":
-            return loader, message.type
-        master.mav.send(loader.wp(message.seq))
 
 
 def ready(master):
@@ -52,12 +39,14 @@ def ready(master):
 
 @pytest.fixture(scope="module")
 def master():
-    with copter("--speedup", "20") as (port, system):
+    with copter("--speedup", "10") as (port, system):
         connection = connect(port)
         assert connection.target_system == system
         # The first seconds of asking are forgotten: it has not booted.
         wait(connection, lambda m: m.system_status == 3, type="HEARTBEAT")
         ready(connection)
+        connection.param_set_send("DISARM_DELAY", 0.0)  # it waits for us, however late
+        wait(connection, lambda v: (v.param_id, v.param_value) == ("DISARM_DELAY", 0.0), type="PARAM_VALUE")
         yield connection
         connection.close()
 
@@ -74,11 +63,10 @@ def test_who_it_is_and_which_modes_it_has(master):
 def test_all_parameters_are_fetched_and_one_is_set(master):
     parameters = mavparm.MAVParmDict()
     master.param_fetch_all()
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + LIMIT_S
     count = None
     while (count is None or len(parameters) < count) and time.monotonic() < deadline:
-        value = master.recv_match(type="PARAM_VALUE", blocking=True, timeout=5)
-        assert value is not None
+        value = wait(master, lambda _: True, type="PARAM_VALUE")
         parameters[value.param_id] = value.param_value
         count = value.param_count
     assert len(parameters) == count > 500
@@ -101,7 +89,7 @@ def test_arm_take_off_in_guided_go_somewhere_and_land(master):
     assert wait(master, lambda a: a.command == 22, type="COMMAND_ACK").result == 0
     wait(master, lambda m: m.relative_alt > 7500, type="GLOBAL_POSITION_INT")
     time.sleep(0.3)
-    here = master.recv_match(type="GLOBAL_POSITION_INT", blocking=True, timeout=5)
+    here = wait(master, lambda _: True, type="GLOBAL_POSITION_INT")
     master.mav.set_position_target_global_int_send(
         0, master.target_system, master.target_component,
         mavutil.mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, 0xDF8,
@@ -128,8 +116,9 @@ def test_a_waypoint_file_is_uploaded_read_back_and_flown(master, tmp_path):
     ]
     path = tmp_path / "square.waypoints"
     path.write_text("\n".join(lines) + "\n")
-    loader, result = upload(master, path)
-    assert result == mavutil.mavlink.MAV_MISSION_ACCEPTED
+    loader = mavwp.MAVWPLoader(master.target_system, master.target_component)
+    loader.load(str(path))
+    upload(master, loader)
     master.waypoint_request_list_send()
     count = wait(master, lambda _: True, type="MISSION_COUNT").count
     assert count == loader.count() == 5
@@ -152,8 +141,8 @@ def test_a_waypoint_file_is_uploaded_read_back_and_flown(master, tmp_path):
 
 
 def test_mavspiral_flies_the_kiosk_over_tcp(tmp_path):
-    """The second of the README's two terminals, at twelve times real time."""
-    with copter("--speedup", "12") as (port, _):
+    """The second of the README's two terminals, at eight times real time."""
+    with copter("--speedup", "8") as (port, _):
         flown = subprocess.run(
             [
                 *(sys.executable, "-m", "mavspiral.cli", "fly", "missions/kiosk.toml", "--yes", "--json"),
@@ -162,7 +151,7 @@ def test_mavspiral_flies_the_kiosk_over_tcp(tmp_path):
             cwd=ROOT,
             capture_output=True,
             text=True,
-            timeout=200,
+            timeout=400,
         )
     assert flown.returncode == 0, flown.stdout + flown.stderr
     summary = json.loads(flown.stdout)

@@ -21,7 +21,7 @@ def test_a_script_from_before_mavsdk_4_flies_and_lands(start_vehicle):
     vehicle = start_vehicle("--speedup", "5")
     script = Path(__file__).with_name("old_system_api.py")
     flown = subprocess.run(
-        [PYTHON, script, str(vehicle.offboard_port)], capture_output=True, text=True, timeout=120
+        [PYTHON, script, str(vehicle.offboard_port)], capture_output=True, text=True, timeout=400
     )
     assert flown.returncode == 0, flown.stdout + flown.stderr
     assert flown.stdout.split("\n")[:-1] == [
@@ -32,5 +32,6 @@ def test_a_script_from_before_mavsdk_4_flies_and_lands(start_vehicle):
         "offboard",
         "landed",
     ]
+    vehicle.says("mode: LAND")
     kinds = [line.split("] ")[-1] for line in vehicle.lines]
     assert kinds.index("mode: TAKEOFF") < kinds.index("mode: OFFBOARD") < kinds.index("mode: LAND")

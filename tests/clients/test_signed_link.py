@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
+from patience import LIMIT_S
 from pymavlink import mavutil
 
 import mavspiral
@@ -35,10 +34,8 @@ def test_a_signed_dry_run_goes_well_and_a_stranger_is_refused(start_vehicle, key
     assert flight.outcome.ok, flight.outcome
     assert flight.summary()["refused"] == 0
     vehicle.process.terminate()
-    vehicle.process.wait(10.0)
-    deadline = time.monotonic() + 5.0
-    while "refused" not in vehicle.lines[-1] and time.monotonic() < deadline:
-        time.sleep(0.05)  # the reader of its words is a thread
+    vehicle.process.wait(LIMIT_S)
+    vehicle.says("refused")
     assert vehicle.lines[-1] == "sitl: 3 frames refused: unsigned, wrongly signed or replayed"
     assert not [line for line in vehicle.lines if "armed" in line]
     stranger.close()

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from mavsdk.plugins.mission_raw import MissionRaw
-from mavsdk_session import system_of
+from mavsdk_session import insisted, system_of
 
 ROOT = Path(__file__).parents[2]
 GOLDEN = ROOT / "tests/golden/kiosk.plan"
@@ -71,7 +71,7 @@ def upload(source, url, *options):
         capture_output=True,
         text=True,
         cwd=ROOT,
-        timeout=120,
+        timeout=400,
     )
     return answer.returncode, json.loads(answer.stdout) if answer.stdout else answer.stderr
 
@@ -81,7 +81,8 @@ def as_mavsdk_sees_it(vehicle):
         plugin = MissionRaw(system)
         document = GOLDEN.read_text()
         wanted = plugin.import_qgroundcontrol_mission_from_string(document)
-        return wanted, plugin.download_mission(), plugin.download_geofence(), plugin.download_rallypoints()
+        lists = plugin.download_mission, plugin.download_geofence, plugin.download_rallypoints
+        return wanted, *map(insisted, lists)
 
 
 def test_mission_fence_and_rally_arrive_as_mavsdk_reads_them(start_vehicle):

@@ -1,15 +1,17 @@
 """Shots commanded along the path: each once, lost packets or not, and what was taken is known."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from fake_flight import Air, fly, make_session
 from fake_px4 import FakePx4
 from pymavlink.dialects.v20 import common as mavlink
 
-from mavspiral.flight.messages import Command
+from mavspiral.flight.messages import Command, CommandAck, ImageCaptured
 from mavspiral.flight.outcome import State
 from mavspiral.flight.px4 import PX4
-from mavspiral.flight.shutter import ShotOrders
+from mavspiral.flight.shutter import Picture, ShotOrders, Shutter
 
 DUE_S = np.array([6.0, 8.0, 11.0, 20.0, 26.0])
 
@@ -175,6 +177,23 @@ def test_a_camera_that_does_not_answer_costs_that_shot_and_it_is_said(vehicle):
     fly(session, vehicle)
     assert session.missed_shots == (0,) and session.outcome.ok
     assert "shot 1 was not taken" in [event.text for event in session.events]
+
+
+def test_on_a_vehicle_that_lives_faster_a_picture_is_its_own_shots_though_its_clock_is_misread():
+    """At eight times real time 70 ms of the vehicle's are 9 of ours. The second picture's telling is lost."""
+    due_s, taken_s = np.array([1.0, 1.7, 2.4]), np.array([1.0, 1.7, 2.33])
+    flight = SimpleNamespace(sampled=lambda _: SimpleNamespace(gimbal_pitch_rad=np.zeros(9)))
+    clock = SimpleNamespace(rate=8.0, at=lambda now_us: 8.0 * now_us)
+    s = SimpleNamespace(trajectory=flight, clock=clock, profile=PX4, tell=print)
+    s.link = SimpleNamespace(command=lambda *words, component=0: b"")
+    shutter = Shutter(s, ShotOrders("camera", 0.0, False, lambda _: due_s))
+    for index, (shot_s, vehicle_s) in enumerate(zip(due_s, taken_s, strict=True)):
+        s.now_us, s.path_t_s = round(shot_s / 8.0 * 1e6), shot_s
+        shutter.tick()
+        shutter.heard(CommandAck(Command.IMAGE_START_CAPTURE, 0))
+        if index != 1:
+            shutter.heard(ImageCaptured(round(vehicle_s * 1e3), index, True))
+    assert shutter.pictures == [Picture(0, 1.0, 0), Picture(1, 1.7), Picture(2, 2.33, 2)]
 
 
 def test_by_distance_it_begins_with_the_first_shot_and_ends_after_the_last(vehicle):

@@ -300,7 +300,7 @@ def test_ctrl_c_says_so_and_exits_130(tmp_path):
     )
     with fifo.open("w"):  # opens when the verb does
         verb.send_signal(signal.SIGINT)
-        out, said = verb.communicate(timeout=60)
+        out, said = verb.communicate(timeout=300)
     assert (verb.returncode, out, said) == (130, "", "mavspiral: stopped\n")
 
 

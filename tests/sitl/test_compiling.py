@@ -64,7 +64,7 @@ def test_a_worker_ends_when_the_block_raises(empty_cache):
 def test_a_worker_ends_when_nobody_holds_its_standard_input_any_more(empty_cache):
     with compiling._worker("move") as worker:
         worker.stdin.close()
-        assert worker.wait(timeout=60) == 1
+        assert worker.wait(timeout=300) == 1
         worker.stdin = None  # `communicate` would flush it
 
 

@@ -361,7 +361,7 @@ def test_the_verb_and_its_exit_codes(tmp_path, content, code):
         capture_output=True,
         text=True,
         cwd=ROOT,
-        timeout=60,
+        timeout=300,
     )
     assert answer.returncode == code
     if code == 2:

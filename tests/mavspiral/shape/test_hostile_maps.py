@@ -210,7 +210,7 @@ def test_no_file_makes_a_reader_allocate_what_it_only_claims(tmp_path, stepped, 
     answers = {}
     while (answer := queue.get(timeout=120)) is not None:
         answers[answer[0]] = answer[1:]
-    process.join(30)
+    process.join(120)
     assert set(answers) == set(FILES)
     for name, (line, more_mb) in answers.items():
         assert line is not None, f"{name} was read"

@@ -66,7 +66,11 @@ def needs(module):
 
 
 @pytest.mark.parametrize("kind", WRITERS)
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=30,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
 @given(data=st.data())
 def test_torn_files_are_read_or_refused_in_one_line(tmp_path, whole, kind, data):
     needs(WRITERS[kind][1])
@@ -97,7 +101,11 @@ def test_a_file_cut_short_is_refused(tmp_path, whole, kind):
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=25,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
 @given(
     content=st.binary(max_size=500),
     head=st.sampled_from([b"", b"LASF", b"ply\n", b"II*\0", b"MM\0+", b"solid ", b"PK\3\4"]),
