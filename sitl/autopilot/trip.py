@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from operator import itemgetter
+from typing import NamedTuple
 
 from sitl.autopilot.glide import Glide, GlideLimits, step_glide, stopping_point
 from sitl.orders import Condition, Home
@@ -52,8 +53,7 @@ class Stop:
         return math.isinf(self.down_m)
 
 
-@dataclass(frozen=True, slots=True)
-class Speeds:
+class Speeds(NamedTuple):
     """How fast it flies by itself. NaN is what the parameters say; DO_CHANGE_SPEED sets them."""
 
     level_mps: float = math.nan
