@@ -18,7 +18,8 @@ import numpy as np
 
 from sitl.airframe import RECEIVERS, load_airframe
 from sitl.autopilot.memory import NOTHING
-from sitl.clock import FRAME_US
+from sitl.autopilot.shaping import pursue, shape_yaw
+from sitl.clock import FRAME_S, FRAME_US
 from sitl.estimator.ekf import ALIGN_FRAMES, Ekf
 from sitl.estimator.error_state import report
 from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, HORIZON_FRAMES, new_nav
@@ -42,7 +43,8 @@ def compiled_beside() -> Iterator[None]:
     """
     with ExitStack() as leaving:
         workers = []
-        if _is_python(sys.executable) and not (is_compiled(live) and is_compiled(report)):
+        ready = is_compiled(live) and is_compiled(report) and is_compiled(shape_yaw)
+        if _is_python(sys.executable) and not ready:
             workers = [leaving.enter_context(_worker(half)) for half in _HALVES]
         yield
         for worker in workers:
@@ -72,10 +74,13 @@ def _is_python(executable: str | None) -> bool:
 
 
 def _move() -> None:
-    """A frame of a vehicle that stands."""
+    """A frame of a vehicle that stands, and of a target at rest."""
     airframe = load_airframe(_AIRFRAME)
     vehicle = Vehicle(VehicleConfig(airframe, Params(airframe.params), GeoPoint(0.0, 0.0, 0.0)))
     vehicle.advance(FRAME_US, Demand(armed=False, idle=False, setpoint=NOTHING))
+    rest, most = (0j, 0j, 0j, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
+    pursue(rest, rest, True, most, most, most, FRAME_S)
+    shape_yaw(0.0, 0.0, 0.0, most, FRAME_S)
 
 
 def _believe() -> None:

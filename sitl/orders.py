@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from sitl.plans import MissionRun, PlanItem, PlanKind, Plans
 from sitl.signals import Estimate, FloatArray, GeoPoint, GpsSample, Setpoint
@@ -347,8 +347,7 @@ class Condition(Protocol):
         """What the cascade steers to, `q_ned_frd`."""
 
 
-@dataclass(frozen=True, slots=True)
-class PayloadStatus:
+class PayloadStatus(NamedTuple):
     """What camera and gimbal are at. `controller` is the system and component that the gimbal listens to."""
 
     shots: int = 0
@@ -372,8 +371,7 @@ class FenceStatus:
     time_us: int = 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FlightStatus:
+class FlightStatus(NamedTuple):
     """What the commander says of itself."""
 
     armed: bool

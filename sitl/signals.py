@@ -92,8 +92,7 @@ class ImuSample:
     rate_frd_radps: FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class GpsSample:
+class GpsSample(NamedTuple):
     """A fix. `time_us` is when it was true; it arrives later by the receiver's delay."""
 
     time_us: int

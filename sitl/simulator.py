@@ -73,27 +73,27 @@ class Simulator:
         Link faults take hold once a call: of what comes in, and of all that is sent since the last one.
         """
         craft, links = self._craft, self._links[: len(received)]
+        commander, vehicle = craft.commander, craft.vehicle
         outs = [bytearray() for _ in links]
         ways = tuple(zip(links, outs, strict=True))
         while craft.time_us + FRAME_US <= now_us:
-            demand = craft.commander.command(craft.vehicle)
-            until_us = min(now_us, craft.commander.holds_until_us)
-            for link in links:
-                until_us = min(until_us, link.due_us(craft))
+            demand = commander.command(vehicle)
+            until_us = min(now_us, commander.holds_until_us, *[link.due_us(craft) for link in links])
             craft.live(until_us, demand)
             for link, out in ways:
                 out += link.send(craft)
-            if craft.commander.has_news:
+            if commander.has_news:
                 self._tell(outs)
-        ill = craft.link_faults() if craft.vehicle.faults else ()
+        ill = craft.link_faults() if vehicle.faults else ()
         self._impaired |= bool(ill)
         if self._impaired:
             received = _carried(self._uplinks, craft.time_us, received, ill)
         for (link, out), data in zip(ways, received, strict=True):
             if data:
                 out += link.receive(data, craft)
-        self._forward(outs)
-        if craft.commander.has_news:
+        if len(links) > 1:
+            self._forward(outs)
+        if commander.has_news:
             self._tell(outs)
         sent = tuple(map(bytes, outs))
         return _carried(self._downlinks, craft.time_us, sent, ill) if self._impaired else sent
@@ -167,11 +167,10 @@ class Simulator:
         offboard = self._links[_OFFBOARD]
         if not isinstance(offboard, Px4Link):
             return
-        for source in self._links[: len(outs)]:
+        for source in self._links[_OFFBOARD + 1 : len(outs)]:
             assert isinstance(source, Px4Link)
             for heartbeat in source.take_heartbeats():
-                if source is not offboard:
-                    outs[_OFFBOARD] += offboard.forward(heartbeat)
+                outs[_OFFBOARD] += offboard.forward(heartbeat)
 
     def _tell(self, outs: list[bytearray]) -> None:
         for notice in self._craft.take_notices():
@@ -192,7 +191,10 @@ def _carried(
 def _links(config: SimulatorConfig, signer: Signer | None) -> tuple[Px4Link | ArduPilotLink, ...]:
     system = config.instance + 1
     if config.autopilot == "px4":
-        return tuple(Px4Link(system, rates_hz, signer, camera=config.camera) for rates_hz in _LINK_RATES_HZ)
+        return tuple(
+            Px4Link(system, rates_hz, signer, camera=config.camera, relayed=number != _OFFBOARD)
+            for number, rates_hz in enumerate(_LINK_RATES_HZ)
+        )
     from sitl.link.ardupilot import ArduPilotLink  # its dialect's tables take a while to load
 
     return tuple(ArduPilotLink(system, signer, greets=port == 0) for port in range(_SERIAL_PORTS_N))

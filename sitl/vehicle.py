@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -70,8 +70,7 @@ class VehicleConfig:
     output_observer: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class BatteryState:
+class BatteryState(NamedTuple):
     """The pack as its monitor sees it."""
 
     voltage_v: float
@@ -133,6 +132,7 @@ class Vehicle:
         )
         self._motion = world["body"].view("f8")  # as BODY orders it
         self._pack, self._sensed = world["pack"][0], world["sensed"][0]
+        self._fixes, self._fix_valid = self._sensed["fix"], self._sensed["fix_valid"]
         self._nav, self._mind = brain["nav"][0], brain["mind"][0]
         self._on_ground = brain["mind"]["on_ground"]
         self._asked = (
@@ -269,7 +269,8 @@ class Vehicle:
     @property
     def charge_left(self) -> float:
         """What is left in the battery, 0…1."""
-        return max(0.0, 1.0 - float(self._pack["used_ah"]) / float(self._pack["capacity_ah"]))
+        used_ah, _, _, capacity_ah, *_ = self._pack.item()  # as PACK orders it
+        return max(0.0, 1.0 - float(used_ah) / float(capacity_ah))
 
     @property
     def origin(self) -> GeoPoint | None:
@@ -292,9 +293,9 @@ class Vehicle:
     def gps(self) -> GpsSample | None:
         """The fix that arrived last; None before the first, and while there is no reception."""
         taken = (self._frame - GPS_DELAY_FRAMES) // 10 * 10 - 1
-        if taken < 0 or not self._sensed["fix_valid"][taken % 16]:
+        if taken < 0 or not self._fix_valid.item(taken % 16):
             return None
-        lat, lon, alt, *velocity = self._sensed["fix"][taken % 16].tolist()
+        lat, lon, alt, *velocity = self._fixes[taken % 16].tolist()
         receiver = self._receiver
         return GpsSample(
             (taken + 1) * FRAME_US,
@@ -332,9 +333,8 @@ class Vehicle:
     @property
     def battery(self) -> BatteryState:
         """The pack as its monitor sees it."""
-        pack = self._pack
-        used_ah = float(pack["used_ah"])
-        return BatteryState(float(pack["voltage_v"]), float(pack["current_a"]), used_ah, self.charge_left)
+        used_ah, voltage_v, current_a, *_ = self._pack.item()  # as PACK orders it
+        return BatteryState(voltage_v, current_a, used_ah, self.charge_left)
 
     @property
     def on_ground(self) -> bool:

@@ -328,8 +328,8 @@ def changed(speeds: Speeds, kind: float, speed_mps: float) -> Speeds:
         return speeds
     match int(kind):
         case 2:
-            return replace(speeds, up_mps=speed_mps)
+            return speeds._replace(up_mps=speed_mps)
         case 3:
-            return replace(speeds, down_mps=speed_mps)
+            return speeds._replace(down_mps=speed_mps)
         case _:
-            return replace(speeds, level_mps=speed_mps)
+            return speeds._replace(level_mps=speed_mps)

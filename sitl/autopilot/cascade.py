@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from struct import Struct
 
 import numpy as np
@@ -16,7 +17,7 @@ from sitl.autopilot.velocity import control_velocity
 from sitl.kernels import kernel
 from sitl.params import Params
 from sitl.rotation import to_yaw
-from sitl.signals import Demand, FloatArray, Setpoint
+from sitl.signals import AttitudeSetpoint, Demand, FloatArray
 
 __all__ = [
     "CASCADE_S",
@@ -53,6 +54,7 @@ _DEMAND_NUMBERS = Struct("=2q11dq8d")
 _BY_POSITION, _BY_ATTITUDE, _BY_RATE = 0, 1, 2
 _LEVEL = (1.0, 0.0, 0.0, 0.0)
 _STILL = (0.0, 0.0, 0.0)
+_NO_ATTITUDE = _BY_POSITION, *_LEVEL, *_STILL, 0.0
 
 GAINS = np.dtype(
     [
@@ -133,18 +135,15 @@ def set_demand(place: memoryview, demand: Demand) -> None:
         *setpoint.acceleration_ned_mps2,
         setpoint.yaw_ned_rad,
         setpoint.yaw_rate_ned_radps,
-        _by(setpoint),
-        *(_LEVEL if attitude is None or attitude.q_ned_frd is None else attitude.q_ned_frd),
-        *(_STILL if attitude is None else attitude.rate_frd_radps),
-        0.0 if attitude is None else attitude.thrust,
+        *(_NO_ATTITUDE if attitude is None else _numbers(attitude)),
     )
 
 
-def _by(setpoint: Setpoint) -> int:
-    """What the cascade begins with."""
-    if setpoint.attitude is None:
-        return _BY_POSITION
-    return _BY_RATE if setpoint.attitude.q_ned_frd is None else _BY_ATTITUDE
+def _numbers(attitude: AttitudeSetpoint) -> Iterable[float]:
+    """What the cascade begins with, then the attitude, the rates and the thrust."""
+    q = attitude.q_ned_frd
+    by, q_ned_frd = (_BY_RATE, _LEVEL) if q is None else (_BY_ATTITUDE, q.tolist())
+    return by, *q_ned_frd, *attitude.rate_frd_radps.tolist(), attitude.thrust
 
 
 def set_gains(record: np.ndarray, params: Params, airframe: Airframe) -> None:

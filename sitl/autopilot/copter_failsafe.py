@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from enum import IntEnum
+from operator import mul
 
 from sitl.autopilot.copter_memory import CopterState, knows_place, notify, stand_down
 from sitl.autopilot.copter_modes import COPTER_MODES
@@ -107,7 +107,7 @@ def _watch_ground_station(state: CopterState, condition: Condition, parameters: 
     lost = condition.time_us - state.gcs_heard_us > 1e6 * parameters["FS_GCS_TIMEOUT"]
     if lost is state.alarms.ground_station:
         return
-    state.alarms = replace(state.alarms, ground_station=lost)
+    state.alarms = state.alarms._replace(ground_station=lost)
     options = _whole(parameters["FS_OPTIONS"])
     if not lost:
         notify(state, condition, Severity.WARNING, "GCS Failsafe Cleared")
@@ -123,19 +123,17 @@ def _watch_battery(state: CopterState, condition: Condition, parameters: Mapping
     """BATT_LOW_ and BATT_CRT_: volts for longer than BATT_LOW_TIMER, or milliampere-hours that are left."""
     alarms, battery, now_us = state.alarms, condition.battery, condition.time_us
     left_mah = parameters["BATT_CAPACITY"] - 1e3 * battery.used_ah
-    since_us = list(alarms.below_since_us)
-    level = 0
-    for rank, prefix in ((1, "BATT_LOW"), (2, "BATT_CRT")):
+    level, below_since_us = 0, []
+    for rank, prefix, since_us in zip((1, 2), ("BATT_LOW", "BATT_CRT"), alarms.below_since_us, strict=True):
+        begun_us = now_us if since_us is None else since_us
         below = battery.voltage_v < parameters[f"{prefix}_VOLT"]
-        since_us[rank - 1] = (
-            (since_us[rank - 1] if since_us[rank - 1] is not None else now_us) if below else None
-        )
-        begun_us = since_us[rank - 1]
-        tired = begun_us is not None and now_us - begun_us > 1e6 * parameters["BATT_LOW_TIMER"]
+        below_since_us.append(begun_us if below else None)
+        tired = below and now_us - begun_us > 1e6 * parameters["BATT_LOW_TIMER"]
         if tired or left_mah < parameters[f"{prefix}_MAH"]:
             level = rank
-    state.alarms = replace(
-        alarms, below_since_us=(since_us[0], since_us[1]), battery=max(level, alarms.battery)
+    low_since_us, critical_since_us = below_since_us
+    state.alarms = alarms._replace(
+        below_since_us=(low_since_us, critical_since_us), battery=max(level, alarms.battery)
     )
     if level <= alarms.battery:
         return
@@ -149,21 +147,21 @@ def _watch_battery(state: CopterState, condition: Condition, parameters: Mapping
 def _watch_estimate(state: CopterState, condition: Condition, parameters: Mapping[str, float]) -> None:
     """FS_EKF_ACTION: after a second without a place, or with variances over FS_EKF_THRESH."""
     if not parameters["FS_EKF_THRESH"] > 0.0:
-        state.alarms = replace(state.alarms, ekf_looks=0, ekf=False)
+        state.alarms = state.alarms._replace(ekf_looks=0, ekf=False)
         return
     alarms = state.alarms
     refused = condition.fix_age_us > _REFUSED_US and condition.gps is not None
     fine = not refused and knows_place(condition)
     looks = max(0, alarms.ekf_looks - 1) if fine else min(_EKF_LOOKS, alarms.ekf_looks + 1)
-    state.alarms = replace(alarms, ekf_looks=looks)
+    state.alarms = alarms._replace(ekf_looks=looks)
     if looks == _EKF_LOOKS and not alarms.ekf_bad:
-        state.alarms = replace(state.alarms, ekf_bad=True)
+        state.alarms = state.alarms._replace(ekf_bad=True)
         notify(state, condition, Severity.CRITICAL, "EKF variance")
         _lose_place(state, condition, _whole(parameters["FS_EKF_ACTION"]))
     elif looks == 0 and alarms.ekf_bad:
         if alarms.ekf:
             notify(state, condition, Severity.CRITICAL, "EKF Failsafe Cleared")
-        state.alarms = replace(state.alarms, ekf_bad=False, ekf=False)
+        state.alarms = state.alarms._replace(ekf_bad=False, ekf=False)
 
 
 def _lose_place(state: CopterState, condition: Condition, action: int) -> None:
@@ -172,7 +170,7 @@ def _lose_place(state: CopterState, condition: Condition, action: int) -> None:
         return
     if action <= 0 or not (COPTER_MODES[state.mode].needs_place or action == _EVEN_STABILIZE):
         return
-    state.alarms = replace(state.alarms, ekf=True)
+    state.alarms = state.alarms._replace(ekf=True)
     mode = Mode.ALT_HOLD if action == _ALT_HOLD else Mode.LAND
     switch(state, mode, condition)
     state.blind = mode is Mode.LAND
@@ -182,23 +180,25 @@ def _lose_place(state: CopterState, condition: Condition, action: int) -> None:
 def _watch_crash(state: CopterState, condition: Condition, parameters: Mapping[str, float]) -> None:
     """FS_CRASH_CHECK: two seconds far off the attitude that is wanted, without speed or acceleration."""
     if condition.on_ground or not parameters["FS_CRASH_CHECK"]:
-        state.alarms = replace(state.alarms, crash_looks=0)
+        state.alarms = state.alarms._replace(crash_looks=0)
         return
-    estimate = condition.estimate
-    wanted, is_ = condition.attitude_wanted, estimate.q_ned_frd
-    lean, error = _tilt_rad(is_.tolist()), 2.0 * math.acos(min(1.0, abs(float(wanted @ is_))))
-    acceleration = math.sqrt(float(estimate.acceleration_ned_mps2 @ estimate.acceleration_ned_mps2))
-    smooth = state.alarms.acceleration_mps2
-    smooth += _CRASH_FILTER * (acceleration - smooth)
-    speed = math.sqrt(float(estimate.velocity_ned_mps @ estimate.velocity_ned_mps))
-    off = lean > _CRASH_LEAN_RAD and error > _CRASH_ERROR_RAD
-    crashed = off and speed < _CRASH_MPS and smooth < _CRASH_MPS2
-    looks = state.alarms.crash_looks + 1 if crashed else 0
-    state.alarms = replace(state.alarms, crash_looks=looks, acceleration_mps2=smooth)
+    estimate, smooth = condition.estimate, state.alarms.acceleration_mps2
+    smooth += _CRASH_FILTER * (math.hypot(*estimate.acceleration_ned_mps2.tolist()) - smooth)
+    q_ned_frd, error = estimate.q_ned_frd.tolist(), 0.0
+    if _tilt_rad(q_ned_frd) > _CRASH_LEAN_RAD:
+        error = _apart_rad(condition.attitude_wanted.tolist(), q_ned_frd)
+    slow = math.hypot(*estimate.velocity_ned_mps.tolist()) < _CRASH_MPS and smooth < _CRASH_MPS2
+    looks = state.alarms.crash_looks + 1 if error > _CRASH_ERROR_RAD and slow else 0
+    state.alarms = state.alarms._replace(crash_looks=looks, acceleration_mps2=smooth)
     if looks >= _CRASH_LOOKS:
         text = f"Crash: Disarming: AngErr={math.degrees(error):.0f}>30, Accel={smooth:.1f}<3.0"
         notify(state, condition, Severity.CRITICAL, text)
         stand_down(state, condition)
+
+
+def _apart_rad(wanted: list[float], q: list[float]) -> float:
+    """The angle between two attitudes."""
+    return 2.0 * math.acos(min(1.0, abs(sum(map(mul, wanted, q)))))
 
 
 def _tilt_rad(q_ned_frd: list[float]) -> float:

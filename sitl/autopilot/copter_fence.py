@@ -31,7 +31,8 @@ def watch_fence(state: CopterState, condition: Condition, parameters: Mapping[st
     """Look whether a part has been left since the last time, and do what FENCE_ACTION says."""
     fence, parts = state.fence, fence_parts(state, parameters)
     if not parts or not knows_place(condition):
-        state.fence = replace(fence, breached=0)
+        if fence.breached:
+            state.fence = replace(fence, breached=0)
         return
     here = condition.estimate.position_ned_m.tolist()
     beyond_m = beyond(state, condition, parameters, complex(here[0], here[1]), here[2])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from sitl.autopilot.auto import Auto
 from sitl.autopilot.guided import Guided
@@ -35,8 +36,7 @@ _LOST_US = 7_000_000
 """So long without a fix that the filter would use, and it has no place: EKF3's posRetryTimeNoVel."""
 
 
-@dataclass(frozen=True, slots=True)
-class Alarms:
+class Alarms(NamedTuple):
     """Which failsafes have begun, and how far the checks have come. `battery` is 1 low, 2 critical."""
 
     ground_station: bool = False
@@ -84,7 +84,7 @@ class CopterState(PilotState):
     going: Guided | Auto | Trip | None = None
     auto_armed: bool = False
     """Whether AUTO may leave the ground: MISSION_START says so, where nobody raises a throttle."""
-    alarms: Alarms = Alarms()
+    alarms: Alarms = field(default_factory=Alarms)
     fence: FenceRun = FenceRun()
     low_fence: bool = False
     """Whether the least height is watched: since the flight first was above it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from sitl.autopilot.glide import Glide, GlideLimits, step_glide
 from sitl.autopilot.modes import MODES, Briefing, Route, Waypoint
@@ -16,8 +16,7 @@ __all__ = ["Course", "begin_course", "landing", "lifting"]
 _FAR_BELOW_M = 1000.0
 
 
-@dataclass(frozen=True, slots=True)
-class Course:
+class Course(NamedTuple):
     """What is left of a route, and the setpoint that glides along it."""
 
     mode: Mode
@@ -52,7 +51,7 @@ class Course:
             self._limits(goal, condition.time_us, parameters),
             dt_s,
         )
-        return replace(self, route=route, glide=glide)
+        return Course(self.mode, self.begun_at_us, self.ground_down_m, route, glide)
 
     def _limits(self, goal: Waypoint, now_us: int, parameters: Mapping[str, float]) -> GlideLimits:
         up_mps, down_mps = parameters["MPC_Z_V_AUTO_UP"], parameters["MPC_Z_V_AUTO_DN"]

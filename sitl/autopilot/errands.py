@@ -41,7 +41,7 @@ def reposition(
     if not order.speed_mps > 0.0:
         order = replace(order, speed_mps=state.speed_mps)
     course = begin_course(Mode.HOLD, briefing_of(state, condition, parameters))
-    state.course = replace(course, route=(repositioned(order, origin, course.route[-1]),))
+    state.course = course._replace(route=(repositioned(order, origin, course.route[-1]),))
     return Verdict.ACCEPTED
 
 
@@ -76,7 +76,7 @@ def change_speed(state: CommanderState, order: ChangeSpeed) -> Verdict:
         state.run = replace(state.run, speed_mps=speed_mps)
         state.course = replace(course, run=replace(course.run, speed_mps=speed_mps))
     elif isinstance(course, Course) and course.mode is Mode.HOLD:
-        state.course = replace(course, route=tuple(replace(w, speed_mps=speed_mps) for w in course.route))
+        state.course = course._replace(route=tuple(replace(w, speed_mps=speed_mps) for w in course.route))
     return Verdict.ACCEPTED
 
 

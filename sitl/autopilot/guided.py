@@ -12,9 +12,10 @@ from functools import lru_cache
 from operator import itemgetter
 from typing import NamedTuple
 
-from sitl.autopilot.glide import Glide, GlideLimits, start_glide
-from sitl.autopilot.shaping import shape_position, shape_velocity, shape_yaw
+from sitl.autopilot.glide import Glide, start_glide
+from sitl.autopilot.shaping import Motion, pursue, shape_yaw
 from sitl.autopilot.trip import Speeds, Trip, climb, speeds_of, vertical_limits, yaw_limits
+from sitl.kernels import Triple
 from sitl.orders import Condition, TurnTo
 from sitl.signals import Setpoint
 
@@ -40,17 +41,20 @@ _limiting = itemgetter(*_LIMITING)
 
 
 class _Limits(NamedTuple):
-    """How fast the target may move and turn: `vertical` in acceleration and jerk, `yaw` as `shape_yaw` takes it."""
+    """How fast the target may move and turn: in speed, acceleration and jerk, and as `shape_yaw` takes it."""
 
-    most: GlideLimits
-    vertical: tuple[float, float]
-    yaw: tuple[float, float, float]
+    level: Triple
+    up: Triple
+    down: Triple
+    yaw: Triple
 
 
 @lru_cache(maxsize=64)  # asked in every frame, and hardly ever anew
 def _limits_by(speeds: Speeds, *values: float) -> _Limits:
     parameters = dict(zip(_LIMITING, values, strict=True))
-    return _Limits(speeds_of(speeds, parameters), vertical_limits(parameters), yaw_limits(parameters))
+    most, vertical = speeds_of(speeds, parameters), vertical_limits(parameters)
+    level = most.speed_mps, most.acceleration_mps2, most.jerk_mps3
+    return _Limits(level, (most.up_mps, *vertical), (most.down_mps, *vertical), yaw_limits(parameters))
 
 
 class _Aim(Enum):
@@ -142,38 +146,25 @@ class Guided(NamedTuple):
     def moved(self, now_us: int, dt_s: float, parameters: Mapping[str, float], speeds: Speeds) -> Guided:
         """The streamed target `dt_s` later: it needs no look at the vehicle."""
         late = now_us - self.told_us > 1e6 * parameters["GUID_TIMEOUT"]
-        goal = _at_rest(self.goal) if late else _moved(self.goal, dt_s)
-        limits = _limits_by(speeds, *_limiting(parameters))
-        glide = _shaped(self.glide, goal, self.aim, limits, dt_s)
-        yaw_goal, yaw_rate_goal = goal.yaw_ned_rad, goal.yaw_rate_ned_radps
+        goal = _at_rest(self.goal) if late else self.goal
+        level, up, down, turning = _limits_by(speeds, *_limiting(parameters))
+        to_place = self.aim in (_Aim.POSITION, _Aim.MOTION)
+        motion, wanted = pursue(self.glide[:6], goal[:6], to_place, level, up, down, dt_s)
+        yaw, rate = self.glide[6:]
+        yaw_goal, yaw_rate_goal = goal.yaw_ned_rad + goal.yaw_rate_ned_radps * dt_s, goal.yaw_rate_ned_radps
+        goal = Glide(*wanted, yaw_goal, yaw_rate_goal)
         if self.along:
-            yaw_goal, yaw_rate_goal = _along(glide, parameters)
-        error = math.remainder(yaw_goal - glide.yaw_ned_rad, math.tau)
-        rate = shape_yaw(error, yaw_rate_goal, glide.yaw_rate_ned_radps, limits.yaw, dt_s)
-        yaw = math.remainder(glide.yaw_ned_rad + rate * dt_s, math.tau)
-        return Guided(Glide(*glide[:6], yaw, rate), goal, self.aim, self.told_us, self.along)
+            yaw_goal, yaw_rate_goal = _along(motion, yaw, parameters)
+        error = math.remainder(yaw_goal - yaw, math.tau)
+        rate = shape_yaw(error, yaw_rate_goal, rate, turning, dt_s)
+        glide = Glide(*motion, math.remainder(yaw + rate * dt_s, math.tau), rate)
+        return Guided(glide, goal, self.aim, self.told_us, self.along)
 
 
 def begin_guided(condition: Condition) -> Guided:
     """GUIDED as it begins: it comes to rest where it is."""
     glide = start_glide(condition.estimate)
     return Guided(glide, glide).stopped(condition.time_us)
-
-
-def _moved(goal: Glide, dt: float) -> Glide:
-    """The target as it moves on by itself between two messages."""
-    v, a = goal.velocity_mps, goal.acceleration_mps2
-    down_v, down_a = goal.down_speed_mps, goal.down_acceleration_mps2
-    return Glide(
-        goal.position_m + (v + 0.5 * a * dt) * dt,
-        v + a * dt,
-        a,
-        goal.down_m + (down_v + 0.5 * down_a * dt) * dt,
-        down_v + down_a * dt,
-        down_a,
-        goal.yaw_ned_rad + goal.yaw_rate_ned_radps * dt,
-        goal.yaw_rate_ned_radps,
-    )
 
 
 def _at_rest(goal: Glide) -> Glide:
@@ -187,29 +178,9 @@ def _at_rest(goal: Glide) -> Glide:
     )
 
 
-def _shaped(glide: Glide, goal: Glide, aim: _Aim, limits: _Limits, dt: float) -> Glide:
-    most, (accel_z, jerk_z) = limits.most, limits.vertical
-    accel, jerk = most.acceleration_mps2, most.jerk_mps3
-    p, v, a = glide.position_m, glide.velocity_mps, glide.acceleration_mps2
-    down, down_v, down_a = glide.down_m, glide.down_speed_mps, glide.down_acceleration_mps2
-    if aim in (_Aim.VELOCITY, _Aim.REST):
-        a = shape_velocity(goal.velocity_mps, goal.acceleration_mps2, v, a, accel, jerk, dt)
-        down_a = shape_velocity(
-            goal.down_speed_mps, goal.down_acceleration_mps2, down_v, down_a, accel_z, jerk_z, dt
-        )
-    else:
-        vertical_mps = most.down_mps if goal.down_m > down else most.up_mps
-        level = goal.position_m, goal.velocity_mps, goal.acceleration_mps2
-        upright = goal.down_m, goal.down_speed_mps, goal.down_acceleration_mps2
-        a = shape_position(level, p, v, a, (most.speed_mps, accel, jerk), dt)
-        down_a = shape_position(upright, down, down_v, down_a, (vertical_mps, accel_z, jerk_z), dt)
-    v, down_v = v + a * dt, down_v + down_a * dt
-    return Glide(p + v * dt, v, a, down + down_v * dt, down_v, down_a, *glide[6:])
-
-
-def _along(glide: Glide, parameters: Mapping[str, float]) -> tuple[float, float]:
+def _along(motion: Motion, yaw_ned_rad: float, parameters: Mapping[str, float]) -> tuple[float, float]:
     """Heading and yaw rate of a nose that points the way it flies; where it creeps, it keeps its heading."""
-    v, a = glide.velocity_mps, glide.acceleration_mps2
+    _, v, a, *_ = motion
     if abs(v) <= _ALONG_FROM * 0.01 * parameters["WPNAV_SPEED"]:
-        return glide.yaw_ned_rad, 0.0
+        return yaw_ned_rad, 0.0
     return math.atan2(v.imag, v.real), (v.conjugate() * a).imag / abs(v) ** 2

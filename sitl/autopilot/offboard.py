@@ -37,7 +37,7 @@ def commands_every_axis(setpoint: Setpoint) -> bool:
     if setpoint.attitude is not None:
         return True
     kinds = (setpoint.position_ned_m, setpoint.velocity_ned_mps, setpoint.acceleration_ned_mps2)
-    if all(map(math.isfinite, map(sum, kinds))):
+    if math.isfinite(sum(map(sum, kinds))):
         return True
     horizontal = vertical = False
     for kind in kinds:

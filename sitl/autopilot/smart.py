@@ -54,7 +54,7 @@ def fly_back(glide: Glide, home: Home | None, trail: Trail, parameters: Mapping[
     if home is None or not way:
         return last
     above = replace(last.stops[-2], down_m=way[-1].down_m)
-    return replace(last, stops=(*way, above, last.stops[-1]))
+    return last._replace(stops=(*way, above, last.stops[-1]))
 
 
 def _thinned(crumbs: tuple[_Crumb, ...], within_m: float) -> tuple[_Crumb, ...]:

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from operator import itemgetter
+from typing import NamedTuple
 
 from sitl.autopilot.glide import Glide, GlideLimits, step_glide, stopping_point
 from sitl.orders import Condition, Home
@@ -52,8 +53,7 @@ class Stop:
         return math.isinf(self.down_m)
 
 
-@dataclass(frozen=True, slots=True)
-class Speeds:
+class Speeds(NamedTuple):
     """How fast it flies by itself. NaN is what the parameters say; DO_CHANGE_SPEED sets them."""
 
     level_mps: float = math.nan
@@ -61,8 +61,7 @@ class Speeds:
     down_mps: float = math.nan
 
 
-@dataclass(frozen=True, slots=True)
-class Trip:
+class Trip(NamedTuple):
     """What is left of a route, and the target that glides along it. `ground_down_m` is where the ground may be."""
 
     stops: tuple[Stop, ...]
@@ -95,7 +94,7 @@ class Trip:
         if goal.is_landing:
             lowest_m = float(condition.estimate.position_ned_m[2]) + _SINK_MOST_M
             glide = glide._replace(down_m=min(glide.down_m, lowest_m))
-        return replace(trip, glide=glide)
+        return trip._replace(glide=glide)
 
     def is_over(self, condition: Condition, parameters: Mapping[str, float]) -> bool:
         """Whether the last place has been reached; the ground never counts."""
@@ -110,8 +109,8 @@ class Trip:
                 return self
             since_us = condition.time_us
         if condition.time_us - since_us < 1e6 * self.stops[0].hold_s:
-            return replace(self, arrived_at_us=since_us)
-        return replace(self, stops=self.stops[1:], arrived_at_us=None)
+            return self._replace(arrived_at_us=since_us)
+        return self._replace(stops=self.stops[1:], arrived_at_us=None)
 
 
 _LIMITING = itemgetter(

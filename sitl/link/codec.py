@@ -17,13 +17,13 @@ from typing import NamedTuple
 from pymavlink.dialects.v20 import common
 
 from sitl.link.frames import CHECKSUM_N, HEADER_N, HEADER_V1_N, MAGIC, MAGIC_V1, SIGNED, size_of
-from sitl.link.messages import Message, layout
+from sitl.link.messages import Layout, Message, layout
 from sitl.link.signing import Signer
 
 __all__ = ["Codec", "CodecState", "Received"]
 
 _MAGIC = bytes((MAGIC,))
-_HEADER = Struct("<BBBBBBHB")
+_HEADER = Struct("<BBBBBB3s")
 """The header behind its first byte, which is not part of the checksum."""
 _SENDER, _SENDER_AT = Struct("<BBHB"), 5
 """The header's end: system, component and the message's number."""
@@ -70,15 +70,15 @@ class Codec:
 
     def encode(self, message: Message, sender: tuple[int, int] | None = None) -> bytes:
         """The MAVLink 2 frame that carries the message; `sender` when it is passed on for another."""
-        payload: bytes = message.LAYOUT.pack(message)
+        known: Layout = message.LAYOUT
+        payload = known.pack(message)
         payload = payload.rstrip(b"\0") or payload[:1]
         system, component = sender or (self.system, self.component)
-        low, high = message.ID & 0xFFFF, message.ID >> 16
         flags = 0 if self._signer is None else SIGNED
-        header = _HEADER.pack(len(payload), flags, 0, self._sequence, system, component, low, high)
+        header = _HEADER.pack(len(payload), flags, 0, self._sequence, system, component, known.number)
         self._sequence = (self._sequence + 1) & 0xFF
         body = header + payload
-        crc = _crc(body + message.LAYOUT.crc_extra, 0xFFFF)
+        crc = _crc(body + known.crc_extra, 0xFFFF)
         frame = _MAGIC + body + crc.to_bytes(CHECKSUM_N, "little")
         return frame if self._signer is None else self._signer.sign(frame)
 

@@ -28,6 +28,8 @@ class Layout:
     """How one kind of message lies on the wire."""
 
     type: MessageType
+    number: bytes
+    """The message's, as a header has it."""
     packer: Struct
     crc_extra: bytes
     spans: tuple[tuple[int, int], ...] | None
@@ -52,8 +54,12 @@ class Layout:
             payload = payload[:size].ljust(size, b"\0")
         flat = self.packer.unpack(payload)
         if self.spans is None:
-            return self.type._make(flat)
-        return self.type._make(_field(flat, begin, end) for begin, end in self.spans)
+            return _made(self.type, flat)
+        return _made(self.type, [_field(flat, begin, end) for begin, end in self.spans])
+
+
+_made = tuple.__new__
+"""A message of as many values as it has fields: a named tuple's own `_make` would count them again."""
 
 
 def _field(flat: tuple[Any, ...], begin: int, end: int) -> object:
@@ -63,6 +69,10 @@ def _field(flat: tuple[Any, ...], begin: int, end: int) -> object:
     return value.rstrip(b"\0") if isinstance(value, bytes) else value
 
 
+def _number(message_id: int) -> bytes:
+    return message_id.to_bytes(3, "little")
+
+
 def _tuple_type(name: str, fields: list[str]) -> MessageType:
     return namedtuple(name, fields)  # type: ignore[misc]
 
@@ -70,7 +80,7 @@ def _tuple_type(name: str, fields: list[str]) -> MessageType:
 def _spelled_out(message_id: int, name: str, fields: str, wire: str, crc_extra: int) -> Layout:
     kind = _tuple_type(name, fields.split())
     kind.ID = message_id
-    kind.LAYOUT = Layout(kind, Struct(wire), bytes([crc_extra]), None)
+    kind.LAYOUT = Layout(kind, _number(message_id), Struct(wire), bytes([crc_extra]), None)
     found: Layout = kind.LAYOUT
     return found
 
@@ -120,7 +130,10 @@ def layout_of(message_id: int, entry: Any) -> Layout:
     spans = tuple((end - length, end) for end, length in zip(ends, entry.lengths, strict=True))
     numbers_only = ends[-1] == len(spans) and "char" not in entry.fieldtypes
     kind.ID = message_id
-    kind.LAYOUT = Layout(kind, entry.unpacker, bytes([entry.crc_extra]), None if numbers_only else spans)
+    crc_extra = bytes([entry.crc_extra])
+    kind.LAYOUT = Layout(
+        kind, _number(message_id), entry.unpacker, crc_extra, None if numbers_only else spans
+    )
     found: Layout = kind.LAYOUT
     return found
 

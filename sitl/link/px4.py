@@ -72,7 +72,10 @@ class Px4LinkState:
 
 
 class Px4Link:
-    """One MAVLink instance of a PX4 vehicle; with `camera`, of one that carries a camera on a gimbal."""
+    """One MAVLink instance of a PX4 vehicle; with `camera`, of one that carries a camera on a gimbal.
+
+    The heartbeats that a `relayed` one hears are for other links, too.
+    """
 
     def __init__(
         self,
@@ -81,6 +84,7 @@ class Px4Link:
         signer: Signer | None = None,
         *,
         camera: bool = False,
+        relayed: bool = False,
     ) -> None:
         self._codec = Codec(system, _OURS, signer)
         self._camera = Camera(system, signer) if camera else None
@@ -90,6 +94,7 @@ class Px4Link:
         self._files = Files()
         self._verdicts: tuple[Message, ...] = ()
         self._hears_gcs = False
+        self._relayed = relayed
         self._heartbeats: list[Received] = []
         self._text_number = 0
 
@@ -109,20 +114,19 @@ class Px4Link:
         """When there will be something to send unasked, unless something happens before; zero is at once."""
         if self._verdicts or self._camera is not None or self._parameters.has_news(helm.parameters):
             return 0
-        return min(self._telemetry.next_us, self._plans.due_us(helm))
+        return min(self._telemetry.streams.next_us, self._plans.due_us(helm))
 
     def send(self, helm: Helm) -> bytes:
         """What is to be sent unasked in this frame."""
         out = b"" if self._camera is None else self._camera.send(helm.time_us)
         verdicts, self._verdicts = self._verdicts, ()
-        for message in (
+        messages = (
             *verdicts,
             *self._parameters.proceed(helm.parameters),
             *self._plans.proceed(helm),
             *self._telemetry.due(helm),
-        ):
-            out += self._codec.encode(message)
-        return out
+        )
+        return out + b"".join(map(self._codec.encode, messages))
 
     def tell(self, notice: Notice) -> bytes:
         """The notice as text, if a ground station listens; in parts when it is long."""
@@ -189,7 +193,8 @@ class Px4Link:
         if received.message.type == common.MAV_TYPE_GCS:
             self._hears_gcs = True
             helm.hear_ground_station()
-        self._heartbeats.append(received)
+        if self._relayed:
+            self._heartbeats.append(received)
         return []
 
     def _on_setpoint(self, received: Received, helm: Helm) -> list[Message]:

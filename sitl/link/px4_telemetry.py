@@ -57,22 +57,17 @@ class Px4Telemetry:
             _TIMESYNC.ID: _timesync,
             _GPS_GLOBAL_ORIGIN.ID: self._new_origin,
         }
-        self._streams = Streams({**rates_hz, **GIMBAL_RATES_HZ} if camera else rates_hz)
+        self.streams = Streams({**rates_hz, **GIMBAL_RATES_HZ} if camera else rates_hz)
         self._told_origin: Message | None = None
         self._ping_sequence = 0
 
-    @property
-    def next_us(self) -> int:
-        """When the next message is due."""
-        return self._streams.next_us
-
     def due(self, helm: Helm) -> list[Message]:
         """The messages to send now. Each call uses them up."""
-        due = self._streams.due(helm.time_us)
+        due = self.streams.due(helm.time_us)
         if not due:
             return []
         report = helm.report()
-        messages = [self._streamed[message_id](report) for message_id in due]
+        messages = (self._streamed[message_id](report) for message_id in due)
         return [message for message in messages if message is not None]
 
     def origin(self, helm: Helm) -> Message | None:
@@ -81,11 +76,11 @@ class Px4Telemetry:
 
     def snapshot(self) -> TelemetryState:
         """All that it remembers."""
-        return TelemetryState(self._streams.snapshot(), self._told_origin, self._ping_sequence)
+        return TelemetryState(self.streams.snapshot(), self._told_origin, self._ping_sequence)
 
     def restore(self, state: TelemetryState) -> None:
         """Go on from a snapshot."""
-        self._streams.restore(state.schedule)
+        self.streams.restore(state.schedule)
         self._told_origin, self._ping_sequence = state.told_origin, state.ping_sequence
 
     def _next_ping(self, report: Report) -> Message:
@@ -122,12 +117,12 @@ class Px4Telemetry:
         silenced = message_id == _HEARTBEAT.ID and not 0.0 <= command.param2 <= _HEARTBEAT_LIMIT_US
         if unknown or silenced:
             return [answered(command.number, common.MAV_RESULT_FAILED, received)]
-        self._streams.set_interval_us(message_id, command.param2, helm.time_us)
+        self.streams.set_interval_us(message_id, command.param2, helm.time_us)
         return [answered(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
     def _get_interval(self, command: Command, received: Received, _: Helm) -> list[Message]:
         message_id = whole_number(command.param1)
-        interval = _MESSAGE_INTERVAL(self._streams.interval_us(message_id), message_id & 0xFFFF)
+        interval = _MESSAGE_INTERVAL(self.streams.interval_us(message_id), message_id & 0xFFFF)
         return [interval, answered(command.number, common.MAV_RESULT_ACCEPTED, received)]
 
 

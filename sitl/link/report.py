@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import Protocol
 
 from sitl.geo import geodetic_of_ned
 from sitl.orders import Battery, FlightStatus
@@ -73,18 +74,22 @@ class Instruments(Protocol):
         """What each motor is asked for, 0…1."""
 
 
-class Report(NamedTuple):
+@dataclass(slots=True, eq=False)
+class Report:
     """What estimator, instruments and commander say. Read it at once: instruments do not stand still."""
 
     time_us: int
     estimate: Estimate
     instruments: Instruments
     ask_commander: Callable[[], FlightStatus]
+    said: FlightStatus | None = None
 
     @property
     def flight(self) -> FlightStatus:
-        """What the commander says."""
-        return self.ask_commander()
+        """What the commander says, who is asked once."""
+        if self.said is None:
+            self.said = self.ask_commander()
+        return self.said
 
     @property
     def origin(self) -> GeoPoint | None:

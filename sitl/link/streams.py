@@ -86,15 +86,14 @@ class Streams:
         }
         self._queue: list[tuple[int, int, int, int]] = []
         """Due, rank, interval and message id of each stream, as a heap; what is due at once goes out by rank."""
-        self._set((0, interval_us, message_id) for message_id, interval_us in self._defaults_us.items())
-
-    @property
-    def next_us(self) -> int:
+        self.next_us = 0
         """When the next message is due."""
-        return self._queue[0][0] if self._queue else _NEVER_US
+        self._set((0, interval_us, message_id) for message_id, interval_us in self._defaults_us.items())
 
     def due(self, now_us: int) -> list[int]:
         """The numbers of the messages to send now. Each call uses them up."""
+        if now_us < self.next_us:
+            return []
         queue, late = self._queue, []
         while queue and queue[0][0] <= now_us:
             late.append(heappop(queue))
@@ -102,6 +101,7 @@ class Streams:
             # Late by more than an interval: go on from now rather than catch up in a burst.
             due_us = max(due_us + interval_us, now_us - interval_us + 1)
             heappush(queue, (due_us, rank, interval_us, message_id))
+        self.next_us = queue[0][0]
         if len(late) > 1:
             late.sort(key=itemgetter(1))
         return [stream[-1] for stream in late]
@@ -132,3 +132,4 @@ class Streams:
         ranked = enumerate(schedule)
         self._queue = [(due_us, rank, interval_us, number) for rank, (due_us, interval_us, number) in ranked]
         heapify(self._queue)
+        self.next_us = self._queue[0][0] if self._queue else _NEVER_US
