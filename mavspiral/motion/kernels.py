@@ -17,16 +17,57 @@ __all__ = [
     "adjusted",
     "demand",
     "fastest_rates",
+    "first_still",
     "knots",
     "level_hills",
     "over_time",
     "rate_caps",
+    "rows",
     "time_grid",
+    "way_along",
 ]
 
 GAIN_SLOWER, GAIN_FASTER = 0.7, 0.3
 NEARLY = 1.01
 """Where nothing asks for more than this, demand falls as slowness rises: all that is asked for is given at once."""
+
+
+@njit(cache=True)
+def rows(way: FloatArray, yaw: FloatArray) -> FloatArray:
+    """The table of a way `(4, M, 3)` and a yaw `(3, M)` with their derivatives by u."""
+    table = np.empty((way.shape[1], 11))
+    for i in range(len(table)):
+        for order in range(3):
+            for axis in range(3):
+                table[i, 3 * order + axis] = way[order + 1, i, axis]
+        table[i, 9], table[i, 10] = yaw[1, i], yaw[2, i]
+    return table
+
+
+@njit(cache=True)
+def first_still(table: FloatArray) -> int:
+    """The first row with p′ = 0; beyond the last where there is none."""
+    for i in range(len(table)):
+        if table[i, 0] == 0.0 and table[i, 1] == 0.0 and table[i, 2] == 0.0:
+            return i
+    return len(table)
+
+
+@njit(cache=True)
+def way_along(table: FloatArray, du: float) -> tuple[FloatArray, FloatArray, bool]:
+    """The pace |p′| at each row, the way from the first row to it, and whether the curve is a line at one pace."""
+    n = len(table)
+    pace, way = np.empty(n), np.empty(n)
+    total, straight = 0.0, True
+    for i in range(n):
+        x, y, z = table[i, :3]
+        pace[i] = math.sqrt(x * x + y * y + z * z)
+        if i > 0:
+            total += 0.5 * (pace[i] + pace[i - 1])
+        way[i] = total * du
+        for c in range(3, 9):
+            straight = straight and table[i, c] == 0.0
+    return pace, way, straight
 
 
 @njit(cache=True)
@@ -169,7 +210,7 @@ def knots(
     return u * (u_end / u[-1]), u1, u2
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def demand(
     table: FloatArray,
     du: float,
@@ -179,19 +220,20 @@ def demand(
     u: FloatArray,
     u1: FloatArray,
     u2: FloatArray,
+    first: int,
+    last: int,
 ) -> FloatArray:
-    """How many times slower each knot would have to be passed to be within every limit; 1 is just so.
+    """How many times slower the knots from `first` to before `last` would have to be passed to be within every limit.
 
-    `blur` is 1/u̇ of the fastest way past each row for the sake of the pictures, or empty.
+    1 is just so. `blur` is 1/u̇ of the fastest way past each row for the sake of the pictures, or empty.
     """
     # A division takes as long as a dozen products.
     per_speed, per_climb, per_descent, per_acceleration, per_jerk, per_yaw_rate, per_bend = 1.0 / limits
     per_du, per_dt = 1.0 / du, 1.0 / dt
-    n = len(u)
-    ratios = np.zeros(n)
+    ratios = np.empty(last - first)
     row = np.empty(11)
-    before = 0.0
-    for k in range(n):
+    before = (u2[first] - u2[first - 1]) * per_dt if first > 0 else 0.0
+    for k in range(first, last):
         x = u[k] * per_du
         i = min(max(int(x), 1), len(table) - 3)
         s = x - i
@@ -201,7 +243,7 @@ def demand(
         for c in range(11):
             row[c] = c0 * table[i - 1, c] + c1 * table[i, c] + c2 * table[i + 1, c] + c3 * table[i + 2, c]
         v, a = u1[k], u2[k]
-        after = (u2[k + 1] - a) * per_dt if k < n - 1 else 0.0
+        after = (u2[k + 1] - a) * per_dt if k < len(u) - 1 else 0.0
         v2, v3, va = v * v, v * v * v, 3.0 * v * a
         velocity2 = acceleration2 = jerk2_before = jerk2_after = 0.0
         for c in range(3):
@@ -213,19 +255,19 @@ def demand(
             jerk2_after += (steady + p1 * after) ** 2
         before = after
         rise = row[2] * v
-        first = max(rise * per_climb, -rise * per_descent, abs(row[9] * v) * per_yaw_rate)
+        rate = max(rise * per_climb, -rise * per_descent, abs(row[9] * v) * per_yaw_rate)
         if len(blur):
             j = min(int(x), len(blur) - 2)
-            first = max(first, v * (blur[j] + (x - j) * (blur[j + 1] - blur[j])))
+            rate = max(rate, v * (blur[j] + (x - j) * (blur[j + 1] - blur[j])))
         # Squares are compared, for a root takes long and most are not wanted.
-        first2 = max(velocity2 * (per_speed * per_speed), first * first)
+        first2 = max(velocity2 * (per_speed * per_speed), rate * rate)
         bend = abs(row[10] * v2 + row[9] * a) * per_bend
         ratio4 = max(first2 * first2, acceleration2 * (per_acceleration * per_acceleration), bend * bend)
         ratio = math.sqrt(math.sqrt(ratio4)) if ratio4 > first2 * first2 else math.sqrt(first2)
         third2 = max(jerk2_before, jerk2_after) * (per_jerk * per_jerk)
         if third2 > ratio4 * ratio * ratio:
             ratio = third2 ** (1.0 / 6.0)
-        ratios[k] = ratio
+        ratios[k - first] = ratio
     return ratios
 
 
@@ -235,27 +277,30 @@ def adjusted(
 ) -> FloatArray:
     """The slowness after the worst demand that each row had a part in; at least 1.
 
-    A row passed at t before the mean has a part in the law from t to t + `width` steps.
+    A row passed at t before the mean has a part in the law from t to t + `width` steps. The worst of so many knots is that
+    of the rest of one block and the beginning of the next (van Herk 1992; Gil and Werman 1993).
     """
-    n = len(ratios)
-    worst = np.empty(n)  # of the knots k to k + width + 1
-    queue = np.empty(n, dtype=np.int64)  # knots with falling ratios
-    head = tail = new = 0
-    for k in range(n):
-        while new < min(n, k + width + 2):
-            while tail > head and ratios[queue[tail - 1]] <= ratios[new]:
-                tail -= 1
-            queue[tail] = new
-            tail += 1
-            new += 1
-        while queue[head] < k:
-            head += 1
-        worst[k] = ratios[queue[head]]
-    after = np.empty(len(slowness))
-    gain_slower = 1.0 if ratios.max() <= NEARLY else GAIN_SLOWER
+    n, block = len(ratios), width + 2
+    since, until = (
+        np.zeros(n + block),
+        np.zeros(n + block),
+    )  # the worst since its block began, and until it ends
+    since[:n] = ratios
+    until[:n] = ratios
+    for first in range(0, n, block):
+        for k in range(first + 1, first + block):
+            since[k] = max(since[k], since[k - 1])
+        for k in range(first + block - 2, first - 1, -1):
+            until[k] = max(until[k], until[k + 1])
+    after = np.ones(len(slowness))
+    nearly = ratios.max() <= NEARLY
     for i in range(len(slowness)):
-        ratio = worst[min(int(times[i] / dt), n - 1)]
-        after[i] = max(1.0, slowness[i] * ratio ** (gain_slower if ratio > 1.0 else GAIN_FASTER))
+        k = min(int(times[i] / dt), n - 1)
+        ratio = max(until[k], since[k + block - 1])
+        if ratio > 1.0:
+            after[i] = slowness[i] * (ratio if nearly else ratio**GAIN_SLOWER)
+        elif slowness[i] > 1.0:
+            after[i] = max(1.0, slowness[i] * ratio**GAIN_FASTER)
     return after
 
 

@@ -9,7 +9,6 @@ greatest seen, it is looked at more finely.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import astuple
 
 import numpy as np
@@ -22,13 +21,12 @@ from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.sight import Sight
 from mavspiral.motion.turn import Gaze
+from mavspiral.workers import by_stretches
 
 __all__ = ["slower"]
 
 FINER = 8
 """So many steps in a span that is looked at again."""
-BLOCK = 8192
-"""So many places are looked at at once: what lies between then stays in the processor's cache."""
 LOOKS = 5
 """So often is a span looked at again."""
 ROOM = 1 + 5e-6
@@ -42,13 +40,15 @@ def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, si
     """
     bounds = np.array(astuple(limits))
 
-    def look(u: FloatArray, u1: FloatArray, u2: FloatArray, jerks: FloatArray) -> FloatArray:
+    def look(
+        u: FloatArray, u1: FloatArray, u2: FloatArray, before: FloatArray, after: FloatArray
+    ) -> FloatArray:
         """The factors where the law is u, u̇, ü (M,), with u⃛ as it is before and after, `(2, M)`."""
-        blocks = [slice(first, first + BLOCK) for first in range(0, len(u), BLOCK)]
 
-        def block(here: slice) -> FloatArray:
+        def stretch(first: int, last: int) -> FloatArray:
+            here = slice(first, last)
             way, yaw, tilt = path.jet(u[here]), gaze.jet(u[here]), pitch.jet(u[here])
-            ratio: FloatArray = _asked(way, yaw, u1[here], u2[here], jerks[0, here], jerks[1, here], bounds)
+            ratio: FloatArray = _asked(way, yaw, u1[here], u2[here], before[here], after[here], bounds)
             if tilt[1].any():
                 np.maximum(ratio, np.abs(tilt[1] * u1[here]) / GIMBAL_RADPS, out=ratio)
             if sight is not None:
@@ -56,14 +56,11 @@ def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, si
                 np.maximum(ratio, passing_mps / sight.speed_mps, out=ratio)
             return ratio
 
-        if len(blocks) == 1:
-            return block(blocks[0])
-        with ThreadPoolExecutor(max_workers=2) as both:  # kernels that run without the interpreter
-            return np.concatenate(list(both.map(block, blocks)), axis=1)
+        return np.concatenate(by_stretches(stretch, len(u)), axis=1)
 
     jerks = np.diff(law.phase_acceleration_radps2) / law.step_s
-    beside = np.stack([np.append(jerks[0], jerks), np.append(jerks, jerks[-1])])
-    ratio = look(law.phase_rad, law.phase_rate_radps, law.phase_acceleration_radps2, beside)
+    beside = np.concatenate([jerks[:1], jerks, jerks[-1:]])
+    ratio = look(law.phase_rad, law.phase_rate_radps, law.phase_acceleration_radps2, beside[:-1], beside[1:])
     values = np.stack([ratio[1, :-1], ratio[0, 1:]])  # a row for each sample of a span
     own = np.abs(values[1] - values[0])
     change = own.copy()
@@ -79,7 +76,7 @@ def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, si
         t_s = begin_s[:, None] + width_s * np.linspace(0.0, 1.0, FINER + 1)
         jerk = np.repeat(jerks, FINER + 1)
         u, u1, u2, _ = law.derivatives(t_s.ravel())
-        found = look(u, u1, u2, np.stack([jerk, jerk]))[0].reshape(t_s.shape)
+        found = look(u, u1, u2, jerk, jerk)[0].reshape(t_s.shape)
         worst = max(worst, float(found.max()))
         # Each half of the steps is a span of its own, of three samples.
         width_s *= 2.0 / FINER

@@ -20,25 +20,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import astuple
+from functools import partial
 
 import numpy as np
 
-from mavspiral.arrays import FloatArray
 from mavspiral.curve import Path
-from mavspiral.curve.gaze import GIMBAL_RADPS
 from mavspiral.motion import kernels
 from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.measured import slower
+from mavspiral.motion.rows import Rows
 from mavspiral.motion.sight import Sight
 from mavspiral.motion.turn import LEVEL, Gaze
+from mavspiral.workers import by_stretches
 
 __all__ = ["fastest_law"]
 
 GRIDS_M = (0.3, 0.05)
 """Rows are so far apart, or finer where the coarser ones overlook more than"""
 OVERLOOKED = 1.003
-GRID_ROWS = (1_000, 40_000)
 KNOT_S = 0.04
 KNOTS_PER_WINDOW = 20
 WINDOW_IN_BENDS = 1.6
@@ -62,9 +62,7 @@ def fastest_law(
     """
     found: list[TimeLaw] = []
     for grid_m in GRIDS_M:
-        table, du = _tabulated(path, gaze, grid_m)
-        blur = _blur(table, du, gaze, pitch, sight)
-        law = _quickest(table, du, limits, blur)
+        law = _quickest(Rows.along(path, gaze, pitch, sight, grid_m), limits)
         overlooked = slower(path, gaze, law, limits, pitch, sight)
         found.append(law.stretched(max(1.0, overlooked) * MARGIN))
         if overlooked <= OVERLOOKED:
@@ -72,25 +70,15 @@ def fastest_law(
     return min(found, key=lambda law: law.duration_s)
 
 
-def _blur(table: FloatArray, du: float, gaze: Gaze, pitch: Gaze, sight: Sight | None) -> FloatArray:
-    """At each row, 1/u̇ of the fastest way past it that the gimbal follows and that leaves the picture sharp."""
-    u = du * np.arange(len(table))
-    tilt = pitch.jet(u)
-    turning: FloatArray = np.abs(tilt[1]) / GIMBAL_RADPS
-    if sight is None:
-        return turning if turning.any() else np.zeros(0)
-    return np.maximum(turning, sight.passing(table[:, :3], gaze.jet(u)[:2], tilt[:2]) / sight.speed_mps)
-
-
-def _quickest(table: FloatArray, du: float, limits: Limits, blur: FloatArray) -> TimeLaw:
+def _quickest(rows: Rows, limits: Limits) -> TimeLaw:
     """The fastest of laws within the limits at their knots, on the whole ever faster, until that no longer pays."""
+    table, du, blur = rows.table, rows.du, rows.blur
     bounds = np.array(astuple(limits))
     caps = kernels.rate_caps(table, bounds)
     if blur.size:
         caps = np.minimum(caps, 1.0 / np.maximum(blur, STILL) ** 2)
-    pace_m = np.sqrt(np.einsum("ij,ij->i", table[:, :3], table[:, :3]))
-    distance_m = np.concatenate([[0.0], np.cumsum(0.5 * (pace_m[1:] + pace_m[:-1])) * du])
-    window_s = _window_s(table, float(distance_m[-1]), limits)
+    pace_m, distance_m, straight = kernels.way_along(table, du)
+    window_s = _window_s(float(distance_m[-1]), limits, straight)
     width = max(KNOTS_PER_WINDOW, math.ceil(window_s / KNOT_S))
     slowness = np.ones(len(table))
     durations_s: list[float] = []
@@ -101,7 +89,8 @@ def _quickest(table: FloatArray, du: float, limits: Limits, blur: FloatArray) ->
         steps = max(2, math.floor(times_s[-1] / window_s * width))
         step_s = float(times_s[-1]) / steps
         u, u1, u2 = kernels.knots(rates, times_s, steps, width, du * (len(table) - 1))
-        ratios = kernels.demand(table, du, bounds, blur, step_s, u, u1, u2)
+        asked = partial(kernels.demand, table, du, bounds, blur, step_s, u, u1, u2)
+        ratios = np.concatenate(by_stretches(asked, len(u)))
         worst = max(1.0, float(ratios.max()))
         durations_s.append(step_s * worst * (len(u) - 1))
         if durations_s[-1] == min(durations_s):
@@ -110,30 +99,17 @@ def _quickest(table: FloatArray, du: float, limits: Limits, blur: FloatArray) ->
         if worst <= CLOSE or (before_s and min(before_s) <= min(lately_s) * CLOSE):
             break
         slowness = kernels.adjusted(slowness, times_s, ratios, step_s, width)
-    *law, worst = best
-    return TimeLaw(*law).stretched(worst)
+    step_s, u, u1, u2, worst = best
+    return TimeLaw(step_s * worst, u, u1 / worst, u2 / worst**2)
 
 
-def _window_s(table: FloatArray, length_m: float, limits: Limits) -> float:
-    """The width of the mean.
+def _window_s(length_m: float, limits: Limits, straight: bool) -> float:
+    """The width of the mean, on a way of that length.
 
     Full acceleration is built up in A/J. A straight line too short for that is flown best in four equal
     ramps; a bend has jerk of its own, and needs a share.
     """
-    share = WINDOW_IN_BENDS if table[:, 3:9].any() else 1.0
+    share = 1.0 if straight else WINDOW_IN_BENDS
     full_s = limits.acceleration_mps2 / limits.jerk_mps3
     quarter_s = math.cbrt(length_m / (2 * limits.jerk_mps3))
     return max(SHORTEST_WINDOW_S, min(share * full_s, quarter_s))
-
-
-def _tabulated(path: Path, gaze: Gaze, grid_m: float) -> tuple[FloatArray, float]:
-    """Rows of p′, p″, p‴, ψ′, ψ″ over equal steps of u, and that step."""
-    coarse = np.linspace(0.0, path.u_end_rad, GRID_ROWS[0])
-    length_m = float(np.linalg.norm(path(coarse, 1), axis=1).mean() * path.u_end_rad)
-    rows = int(np.clip(math.ceil(length_m / grid_m), *GRID_ROWS))
-    u = np.linspace(0.0, path.u_end_rad, rows)
-    table = np.column_stack([*path.jet(u)[1:], *gaze.jet(u)[1:]])
-    still = np.flatnonzero(~table[:, :3].any(axis=1))
-    if still.size:
-        raise ValueError(f"the curve stands still at u = {u[still[0]]:.6g}: no law can pass there")
-    return table, float(u[1])
