@@ -78,20 +78,55 @@ def inward_gaze(path: Path, *, smoothing_m: float) -> YawSpline:
     margin = SAMPLES_PER_TURN
     knots = int(np.ceil(path.u_end_rad / knot_rad)) + 3
     u = (np.arange(-margin, knots + margin) - 1) * knot_rad
-    along = path(u, 1)
-    yaw = np.unwrap(np.arctan2(along[:, 1], along[:, 0])) + 0.5 * np.pi
-    speed = np.hypot(along[:, 0], along[:, 1])
-    s = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * knot_rad)])
+    yaw, s = _inward(path(u, 1), knot_rad)
     for _ in range(2):
         yaw = box_average(s, yaw, smoothing_m)
     yaw = yaw[margin : margin + knots]
     return YawSpline(yaw - 2.0 * np.pi * np.round((yaw[1] - np.pi) / (2.0 * np.pi)), knot_rad)
 
 
+@njit(cache=True)
+def _inward(along: FloatArray, du: float) -> tuple[FloatArray, FloatArray]:
+    """The yaw of the inward normal, unwrapped, at places `du` apart whose p′ are `along` (M, 3), and the way to them in plan."""
+    yaw, way = np.empty(len(along)), np.empty(len(along))
+    turns, pace = 0.0, 0.0
+    for i in range(len(along)):
+        east, north = along[i, 0], along[i, 1]
+        yaw[i] = np.arctan2(north, east) + 0.5 * np.pi + turns
+        before, pace = pace, np.sqrt(east * east + north * north)
+        if i == 0:
+            way[0] = 0.0
+            continue
+        back = 2.0 * np.pi * np.round((yaw[i] - yaw[i - 1]) / (2.0 * np.pi))
+        turns -= back
+        yaw[i] -= back
+        way[i] = way[i - 1] + 0.5 * (before + pace) * du
+    return yaw, way
+
+
+@njit(cache=True)
 def box_average(s: FloatArray, values: FloatArray, width: float) -> FloatArray:
     """The mean of `values` over `s ± width/2`, the window cut short at both ends alike."""
-    integral = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(s))])
-    half = np.minimum(0.5 * width, np.minimum(s - s[0], s[-1] - s))
-    low, high = s - half, s + half
-    mean = np.interp(high, s, integral) - np.interp(low, s, integral)
-    return np.where(half > 1e-9, mean / np.maximum(high - low, 1e-12), values)
+    last = len(s) - 1
+    integral = np.zeros(len(s))
+    for i in range(last):
+        integral[i + 1] = integral[i] + 0.5 * (values[i] + values[i + 1]) * (s[i + 1] - s[i])
+    mean = values.copy()
+    low = high = 0
+    for i in range(len(s)):
+        half = min(0.5 * width, s[i] - s[0], s[last] - s[i])
+        if half <= 1e-9:
+            continue
+        begin, end = s[i] - half, s[i] + half
+        while low < last - 1 and s[low + 1] <= begin:
+            low += 1
+        while high < last - 1 and s[high + 1] < end:
+            high += 1
+        mean[i] = (_between(s, integral, high, end) - _between(s, integral, low, begin)) / (end - begin)
+    return mean
+
+
+@njit(cache=True)
+def _between(s: FloatArray, values: FloatArray, k: int, at: float) -> float:
+    """The value at a place between the k-th and the next."""
+    return values[k] + (values[k + 1] - values[k]) * ((at - s[k]) / (s[k + 1] - s[k]))

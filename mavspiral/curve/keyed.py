@@ -61,7 +61,6 @@ def plan_jet(
     coefficients_m: ComplexArray, of_key: NDArray[np.int64], key_rad: float, u_rad: FloatArray
 ) -> FloatArray:
     """The plan at phases `(M,)` and its three derivatives, `(4, M, 3)`, with zeros for the height."""
-    c = coefficients_m.swapaxes(1, 2)
-    rows = np.stack([c[:, 0].real, c[:, 0].imag, c[:, 1].real, c[:, 1].imag], axis=1)
-    jet: FloatArray = mixed_series(np.ascontiguousarray(u_rad), rows, of_key, key_rad, BASIS)
+    spectra = np.ascontiguousarray(coefficients_m).view(np.float64)
+    jet: FloatArray = mixed_series(np.ascontiguousarray(u_rad), spectra, of_key, key_rad, BASIS)
     return jet

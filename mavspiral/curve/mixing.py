@@ -51,7 +51,7 @@ def mixed_series(
 ) -> FloatArray:
     """Σ b_k(u)·s_k(u) at phases `(M,)` and its three derivatives, `(4, M, 3)`, with zeros for the height.
 
-    Leibniz' rule: derivative m of b·s is Σ_j C(m, j)·b⁽ʲ⁾·s⁽ᵐ⁻ʲ⁾. Rows of `spectra` (U, 4, N+1): real and imaginary
+    Leibniz' rule: derivative m of b·s is Σ_j C(m, j)·b⁽ʲ⁾·s⁽ᵐ⁻ʲ⁾. Rows of `spectra` (U, N+1, 4): real and imaginary
     east, then north. Keys that all have one outline are that outline. Phases in order are far quicker than others.
     """
     spans = of_key.size - 4
@@ -77,11 +77,11 @@ def mixed_series(
             outline = spectra[of_key[span + k]]
             wave[0], wave[1] = 1.0, 0.0
             sums[:] = 0.0
-            for m in range(outline.shape[1]):
+            for m in range(outline.shape[0]):
                 n = float(m)
                 n2 = n * n
                 for axis in range(2):
-                    re, im = outline[2 * axis, m], outline[2 * axis + 1, m]
+                    re, im = outline[m, 2 * axis], outline[m, 2 * axis + 1]
                     for i in range(lanes):
                         p = re * wave[0, i] - im * wave[1, i]
                         q = n * (re * wave[1, i] + im * wave[0, i])

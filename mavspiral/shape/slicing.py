@@ -121,12 +121,16 @@ def obstacle_distance(site: Site, solid: SolidDistance) -> SolidDistance | None:
     rows, cols = (side + 1 for side in solid.plan_m.shape[1:])
     cell_m = solid.cell_m
     col, row = np.rint((solid.origin_enu_m - site.heights.origin_enu_m) / cell_m).astype(int) - 1
-    block = np.zeros((rows, cols))
     box = slice(max(0, row), max(0, row + rows)), slice(max(0, col), max(0, col + cols))
-    there = np.where(site.building[box], 0.0, np.maximum(site.heights.height_agl_m[box], 0.0))
+    heights = site.heights.height_agl_m[box]
+    stands = (heights > 0.0) & ~site.building[box]
+    if not stands.any():
+        return None
+    there = np.where(stands, heights, 0.0)
+    block = np.zeros((rows, cols))
     south, west = max(0, -row), max(0, -col)
     block[south : south + there.shape[0], west : west + there.shape[1]] = there
-    return _of_block(block, cell_m, solid.origin_enu_m) if block.any() else None
+    return _of_block(block, cell_m, solid.origin_enu_m)
 
 
 def _of_block(block: FloatArray, cell_m: float, origin_enu_m: FloatArray) -> SolidDistance:
@@ -136,10 +140,11 @@ def _of_block(block: FloatArray, cell_m: float, origin_enu_m: FloatArray) -> Sol
         grid = np.linspace(0.0, levels[-1], MAX_LEVELS + 1)[1:]
         block = np.where(block > 0.0, grid[np.minimum(np.searchsorted(grid, block), MAX_LEVELS - 1)], 0.0)
         levels = np.unique(block[block > 0.0])
-    corners = np.maximum.reduce([block[:-1, :-1], block[:-1, 1:], block[1:, :-1], block[1:, 1:]])
+    sides = np.maximum(block[:, :-1], block[:, 1:])
+    corners = np.maximum(sides[:-1], sides[1:])
     plan = np.empty((levels.size, *corners.shape), dtype=np.float32)
     for j, level in enumerate(levels):
-        below = (corners < level).astype(np.uint8)
+        below = (corners < level).view(np.uint8)
         plan[j] = cv2.distanceTransform(below, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     plan *= np.float32(cell_m)
     origin = np.array(origin_enu_m)
