@@ -25,9 +25,8 @@ def workers() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(WORKERS, thread_name_prefix="kernels")
 
 
-if hasattr(
-    os, "register_at_fork"
-):  # of the threads, a process that is forked has only the one that forked it
+# A process that is forked has no threads but the one that forked it.
+if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=workers.cache_clear)
 
 

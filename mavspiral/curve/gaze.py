@@ -129,4 +129,5 @@ def box_average(s: FloatArray, values: FloatArray, width: float) -> FloatArray:
 @njit(cache=True)
 def _between(s: FloatArray, values: FloatArray, k: int, at: float) -> float:
     """The value at a place between the k-th and the next."""
-    return values[k] + (values[k + 1] - values[k]) * ((at - s[k]) / (s[k + 1] - s[k]))
+    value: float = values[k] + (values[k + 1] - values[k]) * ((at - s[k]) / (s[k + 1] - s[k]))
+    return value

@@ -66,7 +66,7 @@ def iso_line(
     `field[r, c]` is the value at `origin_enu_m` + `(c, r)·cell_m`, bilinear in between, and grows outward.
     The border of the cells (Suzuki and Abe 1985) is moved along the gradient onto the line itself.
     """
-    contours, _ = cv2.findContours((field <= 0.0).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    contours, _ = cv2.findContours((field <= 0.0).view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     anchor = (anchor_enu_m - origin_enu_m) / cell_m
     for contour in contours:
         if cv2.pointPolygonTest(contour, (float(anchor[0]), float(anchor[1])), False) >= 0.0:

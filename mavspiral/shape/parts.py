@@ -114,7 +114,7 @@ def _branches(
     roofs = (plan == 0.0) & kept
     if not roofs.any():
         return []
-    count, labels = cv2.connectedComponents(((plan <= standoff_m) & kept).astype(np.uint8))
+    count, labels = cv2.connectedComponents(((plan <= standoff_m) & kept).view(np.uint8))
     of, above_m = labels[roofs], heights_m[roofs] - base_m
     volumes = np.bincount(of, weights=above_m, minlength=count)
     tops_m = np.zeros(count)
@@ -138,7 +138,7 @@ def _deepest(mask: NDArray[np.bool_]) -> tuple[int, int]:
     """Row and column of the place farthest from the edge of `mask`."""
     rows, cols = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
     within = np.pad(mask[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1], 1)
-    depth = cv2.distanceTransform(within.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    depth = cv2.distanceTransform(within.view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     row, col = np.unravel_index(int(np.argmax(depth)), depth.shape)
     return int(rows[0] + row - 1), int(cols[0] + col - 1)
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mavspiral.curve.gaze import YawSpline, inward_gaze
+from mavspiral.curve.gaze import YawSpline, box_average, inward_gaze
 
 NUMBERS = {
     "standoff_m": 8.0,
@@ -63,3 +63,15 @@ def test_too_few_knots_are_refused():
         YawSpline(np.zeros(3), 0.1)
     with pytest.raises(ValueError, match="order is 3"):
         YawSpline(np.zeros(4), 1.0)(0.0, 3)
+
+
+@pytest.mark.parametrize("width", [0.3, 4.0, 500.0])
+def test_the_average_is_what_the_integral_gains_over_the_window_by_its_width(width):
+    rng = np.random.default_rng(5)
+    s = np.cumsum(np.concatenate([[0.0, 0.4, 0.0], rng.uniform(0.0, 1.0, 60), [0.0]]))  # some places twice
+    values = rng.normal(size=len(s))
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(s))])
+    half = np.minimum(0.5 * width, np.minimum(s - s[0], s[-1] - s))
+    gained = np.interp(s + half, s, integral) - np.interp(s - half, s, integral)
+    expected = np.where(half > 0.0, gained / np.where(half > 0.0, 2 * half, 1.0), values)
+    np.testing.assert_allclose(box_average(s, values, width), expected, atol=1e-12)

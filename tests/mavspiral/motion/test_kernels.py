@@ -178,3 +178,25 @@ def test_slowness_follows_the_worst_demand_in_the_window(greatest, gain_slower):
         worst = ratios[k : k + width + 2].max()
         gain = gain_slower if worst > 1 else kernels.GAIN_FASTER
         assert after[i] == pytest.approx(max(1.0, slowness[i] * worst**gain))
+
+
+def test_the_way_along_rows_is_that_of_the_curve_and_only_a_line_is_straight(make_helix):
+    helix, line = make_helix(turns=3), LinePath([0, 0, 9], [30, 40, 9])
+    for path, straight in ((helix, False), (line, True)):
+        table, u = tabulate(path, lambda u, order=0: 0.0 * u, 3000)
+        pace, way, is_straight = kernels.way_along(table, u[1])
+        steps = np.linalg.norm(np.diff(path(u), axis=0), axis=1)
+        np.testing.assert_allclose(way[1:], np.cumsum(steps), rtol=1e-4)
+        np.testing.assert_allclose(pace, np.linalg.norm(path(u, 1), axis=1), rtol=1e-12)
+        assert is_straight is straight
+
+
+def test_rows_are_the_derivatives_side_by_side_and_the_first_still_one_is_found(make_helix, make_gaze):
+    path, gaze = make_helix(turns=1), make_gaze()
+    expected, u = tabulate(path, gaze, 50)
+    table = kernels.rows(path.jet(u), gaze.jet(u))
+    np.testing.assert_array_equal(table, expected)
+    assert kernels.first_still(table) == 50
+    table[7, :3] = table[9, :3] = 0.0
+    table[3, 0] = 0.0
+    assert kernels.first_still(table) == 7
