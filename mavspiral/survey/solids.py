@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray, locked
-from mavspiral.shape.heightmap import HeightMap
+from mavspiral.shape.heightmap import HeightMap, box_of
 
 __all__ = ["Solids"]
 
@@ -45,13 +45,14 @@ class Solids:
         side = 1 << max(heights.shape[0] - 1, heights.shape[1] - 1, 0).bit_length()
         pyramid = np.zeros((4 * side * side - 1) // 3)
         above = pyramid[-side * side :].reshape(side, side)
-        above[: heights.shape[0], : heights.shape[1]] = heights
+        rows, cols = heights.shape
+        above[:rows, :cols] = heights
         while side > 1:
-            pairs = np.maximum(above[::2], above[1::2])
-            side //= 2
+            rows, cols, side = (rows + 1) // 2, (cols + 1) // 2, side // 2
+            pairs = np.maximum(above[: 2 * rows : 2, : 2 * cols], above[1 : 2 * rows : 2, : 2 * cols])
             first = (side * side - 1) // 3
             above = pyramid[first : first + side * side].reshape(side, side)
-            np.maximum(pairs[:, ::2], pairs[:, 1::2], out=above)
+            np.maximum(pairs[:, ::2], pairs[:, 1::2], out=above[:rows, :cols])
         pyramid.setflags(write=False)
         return cls(heights, float(cell_m), locked(origin, shape=(2,), name="origin_enu_m"), pyramid)
 
@@ -118,9 +119,8 @@ def _cropped(heights_m: FloatArray, cell_m: float, origin_enu_m: ArrayLike) -> t
     origin = np.asarray(origin_enu_m, dtype=np.float64)
     if heights_m.ndim != 2 or not (filled := heights_m > 0.0).any():
         return heights_m, origin
-    rows, cols = np.flatnonzero(filled.any(axis=1)), np.flatnonzero(filled.any(axis=0))
-    cropped = heights_m[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
-    return cropped, origin + np.array([cols[0], rows[0]]) * cell_m
+    rows, cols = box_of(filled)
+    return heights_m[rows, cols], origin + np.array([cols.start, rows.start]) * cell_m
 
 
 @njit(cache=True)
