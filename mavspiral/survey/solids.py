@@ -26,6 +26,7 @@ FOUNDATION_M = 1000.0
 FEW = 16
 """One of so many ways is looked at beforehand where only the least distance of all is wanted."""
 ROUNDING_M = 1e-9
+"""So much more than the least of those few is looked for, so that the way that has it is found again."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
