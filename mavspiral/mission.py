@@ -205,8 +205,11 @@ class Mission(_Table):
 
     def _beside(self, name: str) -> Path:
         """A file relative to the mission file; where that is a link and nothing is beside it, to what it points to."""
-        near, real = self.path.parent / name, self.path.resolve().parent / name
-        return real if real.exists() and not near.exists() else near
+        near = self.path.parent / name
+        if near.exists():
+            return near
+        real = self.path.resolve().parent / name
+        return real if real.exists() else near
 
     @property
     def notices(self) -> tuple[str, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +30,7 @@ from mavspiral.survey.solids import Solids
 from mavspiral.tour.obstacle import nearest_obstacle
 from mavspiral.tour.passes import Pass
 from mavspiral.tour.transit import REACTION_S
+from mavspiral.workers import workers
 
 __all__ = ["CLEARANCE_GRID_S", "failures_of", "judge_limits", "judge_sight", "proof_of", "survey_of"]
 
@@ -51,10 +51,9 @@ def proof_of(
         states = trajectory.sampled(CLEARANCE_GRID_S)
         return measure_clearance(states, solids, reaction_s=REACTION_S, braking_mps2=limits.acceleration_mps2)
 
-    with ThreadPoolExecutor(max_workers=2) as beside:  # all of it kernels that run without the interpreter
-        measuring = beside.submit(measured)
-        peaks = peaks_of(trajectory, trajectory.grid_s(GRID_S), beside)
-        clearance = measuring.result()
+    measuring = workers().submit(measured)
+    peaks = peaks_of(trajectory, trajectory.grid_s(GRID_S))
+    clearance = measuring.result()
     return clearance, Certificate(
         (
             *motion_figures(peaks, limits),

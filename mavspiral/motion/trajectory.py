@@ -144,9 +144,9 @@ class Trajectory:
             gimbal_pitch_rad=pitch.reshape(t.shape),
         )
 
-    def stretches(self, t_s: FloatArray) -> list[tuple[Leg, slice, FloatArray]]:
-        """Rising times, a leg's at a time and not too many: the leg, which of the times, and how long after its begin."""
-        return [(self.legs[i], here, t_s[here] - self._begin_s[i]) for i, here in self._in_order(t_s)]
+    def stretches(self, t_s: FloatArray) -> list[tuple[Leg, FloatArray, float]]:
+        """Rising times, a leg's at a time and not too many: the leg, the times, and when the leg begins."""
+        return [(self.legs[i], t_s[here], float(self._begin_s[i])) for i, here in self._in_order(t_s)]
 
     def _rows(self, t_s: FloatArray) -> Sequence[tuple[int, slice | NDArray[np.int64]]]:
         """Each leg that is flown at some of the times, and at which: slices where they are in order, far cheaper."""
@@ -166,7 +166,10 @@ class Trajectory:
     def grid_s(self, dt_s: float) -> FloatArray:
         """The times every `dt_s` from 0 on, and at last the very end."""
         steps = int(np.floor(self.duration_s / dt_s * (1 - 1e-12)))
-        return np.append(np.arange(steps + 1) * dt_s, self.duration_s)
+        t_s = np.arange(steps + 2, dtype=np.float64)
+        t_s *= dt_s
+        t_s[-1] = self.duration_s
+        return t_s
 
     def sampled(self, dt_s: float) -> TrajectoryState:
         """The motion on the grid of times `dt_s` apart."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.frames import GeoPoint, LocalFrame
-from mavspiral.shape.heightmap import HeightMap, Site
+from mavspiral.shape.heightmap import HeightMap, Site, box_of
 from mavspiral.shape.site_map import SURROUNDINGS_M, MapRequest, judge_top
 
 __all__ = ["BUILDING_MIN_M", "component_at", "neighbourhood", "site_about"]
@@ -41,10 +41,9 @@ def component_at(
     Raises:
         InputError: nothing stands there; the nearest that does is named.
     """
-    rows, cols = (np.flatnonzero(standing.any(axis=axis)) for axis in (1, 0))
-    if not rows.size:
+    box = rows, cols = box_of(standing)
+    if not rows.stop:
         raise InputError(f"{request.path}: {nothing}")
-    box = slice(rows[0], rows[-1] + 1), slice(cols[0], cols[-1] + 1)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(standing[box].astype(np.uint8), connectivity=8)
 
     def piece(label: int) -> NDArray[np.bool_]:
@@ -56,9 +55,9 @@ def component_at(
         return piece(1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])))
     place = frame.to_enu(*request.at, frame.origin.alt_amsl_m)[:2]
     east, north = (float(v) for v in (place - south_west_m) / cell_m)
-    row, col = math.floor(north) - rows[0], math.floor(east) - cols[0]
+    row, col = math.floor(north) - rows.start, math.floor(east) - cols.start
     if not (0 <= row < labels.shape[0] and 0 <= col < labels.shape[1]) or labels[row, col] == 0:
-        r, c = np.nonzero(labels) + np.array([rows[:1], cols[:1]])
+        r, c = np.nonzero(labels) + np.array([[rows.start], [cols.start]])
         away = np.hypot(r + 0.5 - north, c + 0.5 - east)
         nearest = int(np.argmin(away))
         x, y = south_west_m + (np.array([c[nearest], r[nearest]]) + 0.5) * cell_m
@@ -84,19 +83,28 @@ def site_about(
         InputError: it is higher than any building.
     """
     judge_top(request.path, float(height_agl_m.max()))
-    rows, cols = np.flatnonzero(building.any(axis=1)), np.flatnonzero(building.any(axis=0))
-    middle = south_west_m + np.array([cols[0] + cols[-1] + 1, rows[0] + rows[-1] + 1]) * (cell_m / 2.0)
+    rows, cols = box_of(building)
+    middle = south_west_m + np.array([cols.start + cols.stop, rows.start + rows.stop]) * (cell_m / 2.0)
     lat, lon, _ = frame.to_geodetic([middle[0], middle[1], 0.0])
     own = LocalFrame(GeoPoint(float(lat), float(lon), request.ground_amsl_m))
-    standing_m = np.where(height_agl_m > BUILDING_MIN_M, height_agl_m, 0.0)
-    return Site(HeightMap(standing_m, cell_m, own, south_west_m - middle), building)
+    return Site(HeightMap(_standing_m(height_agl_m), cell_m, own, south_west_m - middle), building)
+
+
+def _standing_m(height_agl_m: FloatArray) -> FloatArray:
+    """The heights of what stands out of the ground, 0 elsewhere; locked, so that a large map is not copied again."""
+    standing = height_agl_m > BUILDING_MIN_M
+    box = box_of(standing)
+    standing_m = np.zeros(height_agl_m.shape)
+    np.copyto(standing_m[box], height_agl_m[box], where=standing[box])
+    standing_m.setflags(write=False)
+    return standing_m
 
 
 def neighbourhood(building: NDArray[np.bool_], cell_m: float) -> tuple[slice, slice]:
     """Rows and columns of the map's part that is near enough to the building to matter."""
     reach = math.ceil(SURROUNDINGS_M / cell_m)
-    rows, cols = np.flatnonzero(building.any(axis=1)), np.flatnonzero(building.any(axis=0))
+    rows, cols = box_of(building)
     return (
-        slice(max(0, int(rows[0]) - reach), int(rows[-1]) + 1 + reach),
-        slice(max(0, int(cols[0]) - reach), int(cols[-1]) + 1 + reach),
+        slice(max(0, rows.start - reach), rows.stop + reach),
+        slice(max(0, cols.start - reach), cols.stop + reach),
     )

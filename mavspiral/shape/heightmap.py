@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from mavspiral.arrays import FloatArray, locked
 from mavspiral.frames import LocalFrame
 
-__all__ = ["HeightMap", "Site"]
+__all__ = ["HeightMap", "Site", "box_of"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,10 +96,7 @@ class Site:
     @property
     def building_box(self) -> tuple[slice, slice]:
         """The rows and columns that hold the building; empty where there is none."""
-        rows, cols = (np.flatnonzero(self.building.any(axis=axis)) for axis in (1, 0))
-        if not rows.size:
-            return slice(0, 0), slice(0, 0)
-        return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(cols[0]), int(cols[-1]) + 1)
+        return box_of(self.building)
 
     @property
     def building_top_m(self) -> float:
@@ -129,3 +126,13 @@ class Site:
             heights.origin_enu_m - cells * heights.cell_m,
         )
         return Site(wider, np.pad(self.building, cells))
+
+
+def box_of(cells: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """The rows and columns that hold all of the cells `(rows, cols)`; empty where there are none."""
+    held = np.flatnonzero(cells.any(axis=1))
+    if not held.size:
+        return slice(0, 0), slice(0, 0)
+    rows = slice(int(held[0]), int(held[-1]) + 1)
+    held = np.flatnonzero(cells[rows].any(axis=0))
+    return rows, slice(int(held[0]), int(held[-1]) + 1)

@@ -6,7 +6,6 @@ what a `TrajectoryState` of all those moments would show, without writing it dow
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.motion.trajectory import Leg, Trajectory
+from mavspiral.workers import workers
 
 __all__ = ["QUANTITIES", "Peaks", "peaks_of"]
 
@@ -43,18 +43,18 @@ class Peaks:
     at_enu_m: FloatArray
 
 
-def peaks_of(trajectory: Trajectory, t_s: FloatArray, workers: Executor) -> tuple[Peaks, ...]:
+def peaks_of(trajectory: Trajectory, t_s: FloatArray) -> tuple[Peaks, ...]:
     """The peaks at the rising times `(n,)`, of one stretch after the other. Where something is NaN, that is its peak."""
 
-    def of_stretch(stretch: tuple[Leg, slice, FloatArray]) -> Peaks:
-        leg, here, on_leg_s = stretch
-        u, u1, u2, u3 = leg.law.derivatives(on_leg_s)
+    def of_stretch(stretch: tuple[Leg, FloatArray, float]) -> Peaks:
+        leg, here_s, begin_s = stretch
+        u, u1, u2, u3 = leg.law.derivatives(here_s - begin_s)
         way, yaw, tilt = leg.path.jet(u), leg.gaze.jet(u), leg.gimbal_pitch.jet(u)
         passing = np.zeros(len(u)) if leg.sight is None else leg.sight.passing(way[1], yaw[:2], tilt[:2])
         greatest, rows = _greatest(way, yaw, tilt, passing, u1, u2, u3)
-        return Peaks(leg, greatest, t_s[here][rows], way[0, rows])
+        return Peaks(leg, greatest, here_s[rows], way[0, rows])
 
-    return tuple(workers.map(of_stretch, trajectory.stretches(t_s)))
+    return tuple(workers().map(of_stretch, trajectory.stretches(t_s)))
 
 
 @njit(cache=True, nogil=True)

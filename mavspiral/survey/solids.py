@@ -15,13 +15,18 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray, locked
-from mavspiral.shape.heightmap import HeightMap
+from mavspiral.shape.heightmap import HeightMap, box_of
 
 __all__ = ["Solids"]
 
 
 FOUNDATION_M = 1000.0
 """A wall goes on below the map's ground: beside a building on a slope, that is where its foot is."""
+
+FEW = 16
+"""One of so many ways is looked at beforehand where only the least distance of all is wanted."""
+ROUNDING_M = 1e-9
+"""So much more than the least of those few is looked for, so that the way that has it is found again."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,13 +46,14 @@ class Solids:
         side = 1 << max(heights.shape[0] - 1, heights.shape[1] - 1, 0).bit_length()
         pyramid = np.zeros((4 * side * side - 1) // 3)
         above = pyramid[-side * side :].reshape(side, side)
-        above[: heights.shape[0], : heights.shape[1]] = heights
+        rows, cols = heights.shape
+        above[:rows, :cols] = heights
         while side > 1:
-            pairs = np.maximum(above[::2], above[1::2])
-            side //= 2
+            rows, cols, side = (rows + 1) // 2, (cols + 1) // 2, side // 2
+            pairs = np.maximum(above[: 2 * rows : 2, : 2 * cols], above[1 : 2 * rows : 2, : 2 * cols])
             first = (side * side - 1) // 3
             above = pyramid[first : first + side * side].reshape(side, side)
-            np.maximum(pairs[:, ::2], pairs[:, 1::2], out=above)
+            np.maximum(pairs[:, ::2], pairs[:, 1::2], out=above[:rows, :cols])
         pyramid.setflags(write=False)
         return cls(heights, float(cell_m), locked(origin, shape=(2,), name="origin_enu_m"), pyramid)
 
@@ -68,8 +74,13 @@ class Solids:
 
         A way comes no nearer to what stands in a node than to the node's own box. So where that is no nearer than the
         least distance so far, nothing in it can be the least, and it is not opened: all of the way is proved by that.
+        A few of the ways tell beforehand how small the least is at the most.
         """
-        distances, nearest = self._searched(position_enu_m, sweep_enu_m, math.inf, 0.0, least=True)
+        positions = np.asarray(position_enu_m, dtype=np.float64)
+        sweeps = np.broadcast_to(sweep_enu_m, positions.shape)
+        few_m, _ = self._searched(positions[::FEW], sweeps[::FEW], math.inf, 0.0, least=True)
+        most_m = float(few_m.min()) + ROUNDING_M
+        distances, nearest = self._searched(positions, sweeps, most_m, 0.0, least=True)
         return float(distances[nearest]), nearest
 
     def clear(
@@ -91,7 +102,15 @@ class Solids:
         sweeps = np.empty_like(positions)
         sweeps[...] = sweep_enu_m
         distances, nearest = _distances(
-            self._pyramid_m, self.cell_m, self.origin_enu_m, positions, sweeps, farthest_m, enough_m, least
+            self._pyramid_m,
+            self.height_agl_m.shape,
+            self.cell_m,
+            self.origin_enu_m,
+            positions,
+            sweeps,
+            farthest_m,
+            enough_m,
+            least,
         )
         return distances, nearest
 
@@ -101,9 +120,8 @@ def _cropped(heights_m: FloatArray, cell_m: float, origin_enu_m: ArrayLike) -> t
     origin = np.asarray(origin_enu_m, dtype=np.float64)
     if heights_m.ndim != 2 or not (filled := heights_m > 0.0).any():
         return heights_m, origin
-    rows, cols = np.flatnonzero(filled.any(axis=1)), np.flatnonzero(filled.any(axis=0))
-    cropped = heights_m[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
-    return cropped, origin + np.array([cols[0], rows[0]]) * cell_m
+    rows, cols = box_of(filled)
+    return heights_m[rows, cols], origin + np.array([cols.start, rows.start]) * cell_m
 
 
 @njit(cache=True)
@@ -159,6 +177,7 @@ def _way_distance2(p: FloatArray, w: FloatArray, box: FloatArray) -> float:
 @njit(cache=True, nogil=True)
 def _distances(
     pyramid: FloatArray,
+    shape: tuple[int, int],
     cell: float,
     origin: FloatArray,
     positions: FloatArray,
@@ -174,6 +193,7 @@ def _distances(
     while ((1 << (2 * (levels + 1))) - 1) // 3 < len(pyramid):
         levels += 1
     stack = np.empty((4 * levels + 4, 3), dtype=np.int64)
+    north_east = origin[0] + shape[1] * cell, origin[1] + shape[0] * cell
     box = np.zeros(6)
     box[4] = -FOUNDATION_M
     distances = np.empty(len(positions))
@@ -187,10 +207,10 @@ def _distances(
         low = min(p[2], p[2] + w[2])
         length = max(math.sqrt(w[0] * w[0] + w[1] * w[1]), 1e-12)
         nx, ny = -w[1] / length, w[0] / length
-        line, half_width = nx * p[0] + ny * p[1], 0.5 * (abs(nx) + abs(ny))
+        line = nx * p[0] + ny * p[1]
         best = farthest * farthest
-        if near_r >= 0:
-            _place(box, origin, cell, near_r, near_c)
+        if near_r >= 0 and not least:
+            _place(box, origin, north_east, cell, near_r, near_c)
             box[5] = pyramid[((1 << (2 * levels)) - 1) // 3 + (near_r << levels) + near_c]
             best = min(best, _way_distance2(p, w, box))
         stack[0] = 0
@@ -202,15 +222,16 @@ def _distances(
             if height <= 0.0:
                 continue
             size = cell * (1 << (levels - level))
-            _place(box, origin, size, r, c)
+            _place(box, origin, north_east, size, r, c)
             box[5] = height
             across = max(box[0] - east, west - box[1], 0.0)
             along = max(box[2] - north, south - box[3], 0.0)
             over = max(low - height, 0.0)
             if across * across + along * along + over * over >= best:
                 continue
-            middle = nx * (box[0] + 0.5 * size) + ny * (box[2] + 0.5 * size)
-            beside = max(abs(middle - line) - half_width * size, 0.0)
+            middle = 0.5 * (nx * (box[0] + box[1]) + ny * (box[2] + box[3]))
+            half_width = 0.5 * (abs(nx) * (box[1] - box[0]) + abs(ny) * (box[3] - box[2]))
+            beside = max(abs(middle - line) - half_width, 0.0)
             if beside * beside + over * over >= best:
                 continue
             if level == levels:
@@ -232,7 +253,9 @@ def _distances(
 
 
 @njit(cache=True)
-def _place(box: FloatArray, origin: FloatArray, size: float, r: int, c: int) -> None:
-    """Where the box stands of the node in row r and column c of its level."""
-    box[0], box[1] = origin[0] + c * size, origin[0] + (c + 1) * size
-    box[2], box[3] = origin[1] + r * size, origin[1] + (r + 1) * size
+def _place(
+    box: FloatArray, origin: FloatArray, north_east: tuple[float, float], size: float, r: int, c: int
+) -> None:
+    """Where the box stands of the node in row r and column c of its level: no farther than the grid goes."""
+    box[0], box[1] = origin[0] + c * size, min(origin[0] + (c + 1) * size, north_east[0])
+    box[2], box[3] = origin[1] + r * size, min(origin[1] + (r + 1) * size, north_east[1])

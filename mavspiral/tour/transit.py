@@ -128,12 +128,13 @@ def safe_way(
     lowest_m = float(max(start_enu_m[2], end_enu_m[2]))
     highest_m = min(ceiling_m, max(lowest_m, top_m + clearance_m + MARGIN_M))
     heights_m = np.append(np.arange(lowest_m, highest_m, STEP_M), highest_m)
-    ways = [np.array([start_enu_m, end_enu_m])]
-    for height_m in heights_m:
-        above = [[start_enu_m[0], start_enu_m[1], height_m], [end_enu_m[0], end_enu_m[1], height_m]]
-        ways.append(np.array([start_enu_m, *above, end_enu_m]))
+    straight = np.array([start_enu_m, end_enu_m])
+    over = (
+        np.array([start_enu_m, [*start_enu_m[:2], height_m], [*end_enu_m[:2], height_m], end_enu_m])
+        for height_m in heights_m
+    )
     best_m, best_at, best_sweep = -1.0, start_enu_m, end_enu_m - start_enu_m
-    for way in ways:
+    for way in itertools.chain([straight], over):
         sweeps = np.diff(way, axis=0)
         distance_m = solids.distance_m(way[:-1], sweeps)
         nearest = int(np.argmin(distance_m))

@@ -1,7 +1,6 @@
 """Ways above roofs, from the map to what is seen: the brute-force distance, the limits and the pictures judge them."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -106,8 +105,7 @@ def test_every_way_keeps_the_clearance_and_all_limits(seed, random_site, box_dis
     for piece in pieces:
         assert box_distance(site, places(piece.path)).min() >= required_m
     for flight in flown(pieces):
-        with ThreadPoolExecutor(2) as workers:
-            peaks = peaks_of(flight, flight.grid_s(0.01), workers)
+        peaks = peaks_of(flight, flight.grid_s(0.01))
         figures = (*motion_figures(peaks, LIMITS), gimbal_figure(peaks))
         assert [str(figure) for figure in figures if not figure.ok] == []
         states = flight.sampled(0.01)

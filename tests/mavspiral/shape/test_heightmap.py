@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mavspiral.frames import GeoPoint, LocalFrame
-from mavspiral.shape.heightmap import HeightMap, Site
+from mavspiral.shape.heightmap import HeightMap, Site, box_of
 
 FRAME = LocalFrame(GeoPoint(19.4339, -99.1406, 2240.0))
 
@@ -62,3 +62,10 @@ def test_padding_moves_nothing():
     assert wide.building.sum() == site.building.sum()
     own = np.where(wide.building, wide.heights.height_agl_m, 0.0)
     np.testing.assert_array_equal(wide.building_height_m, own)
+
+
+def test_the_box_of_cells_holds_them_all_and_no_more():
+    cells = np.zeros((7, 9), dtype=np.bool_)
+    assert box_of(cells) == (slice(0, 0), slice(0, 0))
+    cells[2, 3] = cells[5, 1] = True
+    assert box_of(cells) == (slice(2, 6), slice(1, 4))

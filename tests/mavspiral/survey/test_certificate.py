@@ -1,5 +1,4 @@
 import dataclasses
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -30,8 +29,7 @@ def flight():
 
 
 def peaks_on_grid(flight):
-    with ThreadPoolExecutor(2) as workers:
-        return peaks_of(flight, flight.grid_s(0.01), workers)
+    return peaks_of(flight, flight.grid_s(0.01))
 
 
 def downwards(flight):

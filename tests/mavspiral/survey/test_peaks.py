@@ -1,7 +1,6 @@
 """The greatest on the way, against the full motion at all of the times."""
 
 import dataclasses
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -73,8 +72,7 @@ def slow_columns(flight, t_s):
 def test_no_moment_of_the_grid_is_left_out(flight, monkeypatch, block):
     monkeypatch.setattr(trajectories, "BLOCK", block)
     t_s = flight.grid_s(0.01)
-    with ThreadPoolExecutor(2) as workers:
-        peaks = peaks_of(flight, t_s, workers)
+    peaks = peaks_of(flight, t_s)
     assert len(peaks) > (3 if block == 100 else 2)
     slow = slow_columns(flight, t_s)
     assert set(slow) == set(QUANTITIES)
@@ -94,8 +92,7 @@ def test_one_moment_that_is_worse_is_found_wherever_it_is(flight):
     for name in ("jerk", "yaw acceleration", "passing"):
         worst = int(np.argmax(slow[name]))
         t_s = np.sort(np.append(flight.grid_s(1.0), fine_s[worst]))
-        with ThreadPoolExecutor(2) as workers:
-            found = max(each.greatest[QUANTITIES.index(name)] for each in peaks_of(flight, t_s, workers))
+        found = max(each.greatest[QUANTITIES.index(name)] for each in peaks_of(flight, t_s))
         assert found == pytest.approx(slow[name][worst], rel=1e-12)
 
 
@@ -120,8 +117,7 @@ def test_what_is_not_a_number_is_never_passed_over(flight):
 
     torn = dataclasses.replace(flight.legs[1], path=Torn(flight.legs[1].path))
     alone = Trajectory((torn,))
-    with ThreadPoolExecutor(2) as workers:
-        (peaks,) = peaks_of(alone, alone.grid_s(0.01), workers)
+    (peaks,) = peaks_of(alone, alone.grid_s(0.01))
     jerk = peaks.greatest[QUANTITIES.index("jerk")]
     assert np.isnan(jerk)
     assert np.isfinite(np.delete(peaks.greatest, QUANTITIES.index("jerk"))).all()

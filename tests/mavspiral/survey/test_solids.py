@@ -105,3 +105,13 @@ def test_clear_is_what_the_distance_says():
         assert 0 < clear.sum() < len(clear)
         np.testing.assert_array_equal(clear, distance_m >= least_m)
     assert Solids.of(np.zeros((4, 4)), 1.0, (0.0, 0.0)).clear(place, sweep, 100.0).all()
+
+
+def test_the_way_that_is_nearest_is_named_wherever_it_stands_in_the_row():
+    heights = np.zeros((9, 9))
+    heights[4, 4] = 5.0
+    solids = Solids.of(heights, CELL_M, ORIGIN_M)
+    for nearest in range(40):
+        away_m = 1.0 + np.abs(np.arange(40.0) - nearest)
+        places = np.column_stack([away_m, np.full(40, 5.2), np.ones(40)])
+        assert solids.least(places, np.zeros(3))[1] == nearest
