@@ -2,7 +2,7 @@
 
 numba's own cache looks only at the file of the function itself, so a change in a callee of another room
 would go unseen and the stale machine code would fly on. Kernels are bit-reproducible: no BLAS in them,
-never fastmath.
+never fastmath. They divide as numpy does: by zero too, and without asking first.
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 
 def kernel(function: Function) -> Function:
     """`function`, compiled at its first call."""
-    compiled = njit(no_cfunc_wrapper=True)(function)  # a wrapper for C's callers, whom we do not have
+    # A wrapper would be for C's callers, whom we do not have.
+    compiled = njit(no_cfunc_wrapper=True, error_model="numpy")(function)
     compiled._cache = _Cache(function)
     return compiled  # type: ignore[no-any-return]
 
