@@ -2,12 +2,13 @@
 
 numba's own cache looks only at the file of the function itself, so a change in a callee of another room
 would go unseen and the stale machine code would fly on. Kernels are bit-reproducible: no BLAS in them,
-never fastmath.
+never fastmath. They divide as numpy does: by zero too, and without asking first.
 """
 
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
@@ -22,6 +23,7 @@ __all__ = [
     "FloatArray",
     "Quaternion",
     "Triple",
+    "inlined_kernel",
     "is_compiled",
     "kernel",
     "prepared",
@@ -37,10 +39,13 @@ Components = Sequence[float] | FloatArray
 Function = TypeVar("Function", bound=Callable)
 
 
+_HAS_KERNEL = re.compile(rb"^@(inlined_)?kernel\b", re.MULTILINE)
+
+
 def sources_digest(folder: Path) -> str:
     """A digest of all Python files below `folder` that hold a kernel."""
     texts = (path.read_bytes() for path in sorted(folder.rglob("*.py")))
-    return hashlib.sha256(b"".join(text for text in texts if b"@kernel" in text)).hexdigest()
+    return hashlib.sha256(b"".join(text for text in texts if _HAS_KERNEL.search(text))).hexdigest()
 
 
 _DIGEST = sources_digest(Path(__file__).parent)
@@ -53,7 +58,17 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 
 def kernel(function: Function) -> Function:
     """`function`, compiled at its first call."""
-    compiled = njit(no_cfunc_wrapper=True)(function)  # a wrapper for C's callers, whom we do not have
+    return _compiled(function, inlined=False)
+
+
+def inlined_kernel(function: Function) -> Function:
+    """`function`, put into each kernel that calls it: for what is called often, with tuples, which go through memory."""
+    return _compiled(function, inlined=True)
+
+
+def _compiled(function: Function, *, inlined: bool) -> Function:
+    # A wrapper would be for C's callers, whom we do not have.
+    compiled = njit(no_cfunc_wrapper=True, error_model="numpy", forceinline=inlined)(function)
     compiled._cache = _Cache(function)
     return compiled  # type: ignore[no-any-return]
 

@@ -14,6 +14,7 @@ from sitl.autopilot.mixer import mix, mix_columns, signal_for
 from sitl.autopilot.position import control_position
 from sitl.autopilot.rate import control_rate, low_pass
 from sitl.autopilot.velocity import control_velocity
+from sitl.geo import GRAVITY_MPS2
 from sitl.kernels import kernel
 from sitl.params import Params
 from sitl.rotation import to_yaw
@@ -70,7 +71,7 @@ GAINS = np.dtype(
         ("thrust_min", "f8"),
         ("thrust_max", "f8"),
         ("thrust_margin", "f8"),
-        ("tilt_max_rad", "f8"),
+        ("steepest_mps2", "f8"),  # across, at the greatest tilt
         ("attitude_p", "f8", 3),
         ("yaw_weight", "f8"),
         ("rate_max_radps", "f8", 3),
@@ -168,7 +169,7 @@ def set_gains(record: np.ndarray, params: Params, airframe: Airframe) -> None:
     g["velocity_slope_alpha"] = alpha("MPC_VELD_LP", CASCADE_S)
     g["thrust_hover"], g["thrust_margin"] = params["MPC_THR_HOVER"], params["MPC_THR_XY_MARG"]
     g["thrust_min"], g["thrust_max"] = params["MPC_THR_MIN"], params["MPC_THR_MAX"]
-    g["tilt_max_rad"] = math.radians(params["MPC_TILTMAX_AIR"])
+    g["steepest_mps2"] = GRAVITY_MPS2 * math.tan(math.radians(params["MPC_TILTMAX_AIR"]))
     g["attitude_p"] = axes("MC_{}_P")
     g["yaw_weight"] = params["MC_YAW_WEIGHT"]
     g["rate_max_radps"] = np.radians(axes("MC_{}RATE_MAX"))

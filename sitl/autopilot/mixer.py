@@ -52,6 +52,9 @@ def _shift(motors: FloatArray, column: FloatArray, most: float) -> float:
 @kernel
 def _give_way(motors: FloatArray, column: FloatArray, most: float, raised: float) -> None:
     """Share out what overshoots [0, most]; not if that takes more than `raised` of the column."""
+    least = min(motors[0], motors[1], motors[2], motors[3])
+    if least >= 0.0 and max(motors[0], motors[1], motors[2], motors[3]) <= most:
+        return
     first = _shift(motors, column, most)
     if first > raised:
         return

@@ -22,7 +22,7 @@ def thrust_for(
     thrust_min: float,
     thrust_max: float,
     margin: float,
-    tilt_max: float,
+    steepest_mps2: float,
 ) -> tuple[Triple, Triple]:
     """NED thrust for an acceleration: within all limits, and within those of tilt and least thrust only.
 
@@ -31,9 +31,8 @@ def thrust_for(
     """
     ax, ay = acceleration[0], acceleration[1]
     across = math.hypot(ax, ay)
-    steepest = GRAVITY_MPS2 * math.tan(tilt_max)
-    if across > steepest:
-        ax, ay, across = ax * steepest / across, ay * steepest / across, steepest
+    if across > steepest_mps2:
+        ax, ay, across = ax * steepest_mps2 / across, ay * steepest_mps2 / across, steepest_mps2
     lift = hover - acceleration[2] * hover / GRAVITY_MPS2
     cosine = GRAVITY_MPS2 / math.hypot(across, GRAVITY_MPS2)
     total = max(lift / cosine, thrust_min)
@@ -67,7 +66,7 @@ def control_velocity(
             acceleration[i] += error[i] * gains.velocity_p[i] + integral[i] - slope[i] * gains.velocity_d[i]
 
     hover, least, most = gains.thrust_hover, gains.thrust_min, gains.thrust_max
-    given, asked = thrust_for(acceleration, hover, least, most, gains.thrust_margin, gains.tilt_max_rad)
+    given, asked = thrust_for(acceleration, hover, least, most, gains.thrust_margin, gains.steepest_mps2)
     mind.thrust_ned[0], mind.thrust_ned[1], mind.thrust_ned[2] = given
 
     if (asked[2] >= -least and error[2] >= 0.0) or (asked[2] <= -most and error[2] <= 0.0):

@@ -91,7 +91,6 @@ class Ekf:
         nav["scale_noise_s"] = s.gyro_scale**2 * _TURN_TIME_S
         noise[:3] = 2.0 * self.wander_variance_m2 / receiver.wander_time_s * PREDICT_S
         self.filter = _stock_filter(nav, noise) if stock else KernelFilter(nav, noise)
-        self._work = np.zeros((STATES, STATES))
         self._senses, self._offset = senses, origin_offset_ned_m
         self._field = np.array(field_ned_gauss)
         self._place_R, self._speed_R = np.diag(self._fix_sigma[:3] ** 2), np.diag(self._fix_sigma[3:] ** 2)
@@ -118,7 +117,7 @@ class Ekf:
                 self._align(frame, slot, has)
             return
         if not self.stepwise:
-            known = self.nav, self.book, self.sheet, self.filter.x, self.filter.P, self._work
+            known = self.nav, self.book, self.sheet, self.filter.work, self.filter.x, self.filter.P
             self._fuse = partial(prepared(fuse_frame, *known, frame, has), *known)
             self._fuse(frame, has)
             return

@@ -14,12 +14,14 @@ from sitl.rotation import exponential, matrix, multiply, normalized, unrotate
 
 __all__ = [
     "STATES",
+    "field_frd",
     "inject",
     "mag_expected",
     "mag_jacobian",
     "predict_covariance",
     "process_noise",
     "report",
+    "set_cross",
     "transition",
 ]
 
@@ -57,33 +59,40 @@ def transition(q: FloatArray, force: FloatArray, rate: FloatArray, dt: float) ->
 
 
 @kernel
-def _sweep(P: FloatArray, out: FloatArray, a: tuple, r: tuple, t: tuple, dt: float) -> None:
-    """`out` = (F P)ᵀ, with only F's blocks touched."""
-    for j in range(STATES):
-        p6, p7, p8 = P[6, j], P[7, j], P[8, j]
-        b0, b1, b2 = dt * P[12, j], dt * P[13, j], dt * P[14, j]
-        for i in range(3):
-            out[j, i] = P[i, j] + dt * P[3 + i, j]
-            turn = a[i][0] * p6 + a[i][1] * p7 + a[i][2] * p8
-            out[j, 3 + i] = P[3 + i, j] + turn - (r[i][0] * b0 + r[i][1] * b1 + r[i][2] * b2)
-            out[j, 6 + i] = t[i][0] * p6 + t[i][1] * p7 + t[i][2] * p8 - dt * P[9 + i, j]
-            out[j, 9 + i] = P[9 + i, j]
-            out[j, 12 + i] = P[12 + i, j]
+def _half_turned(P: FloatArray, FP: FloatArray, a: tuple, r: tuple, t: tuple, dt: float) -> None:
+    """The first nine rows of F P; the biases' are P's own."""
+    for i in range(3):
+        ai, ri, ti = a[i], r[i], t[i]
+        for j in range(STATES):
+            FP[i, j] = P[i, j] + dt * P[3 + i, j]
+            turn = ai[0] * P[6, j] + ai[1] * P[7, j] + ai[2] * P[8, j]
+            push = ri[0] * (dt * P[12, j]) + ri[1] * (dt * P[13, j]) + ri[2] * (dt * P[14, j])
+            FP[3 + i, j] = P[3 + i, j] + turn - push
+            FP[6 + i, j] = ti[0] * P[6, j] + ti[1] * P[7, j] + ti[2] * P[8, j] - dt * P[9 + i, j]
 
 
 @kernel
-def predict_covariance(
-    P: FloatArray, work: FloatArray, navs: np.ndarray, noise: FloatArray, dt: float
-) -> None:
-    """P := F P Fᵀ + diag(noise) at the horizon's frame, in place, exactly symmetric; `work` is (15, 15).
+def predict_covariance(P: FloatArray, FP: FloatArray, navs: np.ndarray, noise: FloatArray, dt: float) -> None:
+    """P := F P Fᵀ + diag(noise) at the horizon's frame, in place, exactly symmetric; `FP` is (9, 15), to work on.
 
     A turn adds what the gyro's error of scale may have turned too far.
     """
     nav = navs[0]
     q, f, w = nav.mean_q, nav.mean_force, nav.mean_rate
     a, r, t = _blocks((q[0], q[1], q[2], q[3]), (f[0], f[1], f[2]), (w[0], w[1], w[2]), dt)
-    _sweep(P, work, a, r, t, dt)
-    _sweep(work, P, a, r, t, dt)
+    _half_turned(P, FP, a, r, t, dt)
+    for j in range(9):  # of the product's upper triangle, row by row: what lies below follows
+        row = FP[j]
+        b0, b1, b2 = dt * row[12], dt * row[13], dt * row[14]
+        for i in range(3):
+            if j < 3:
+                P[j, i] = row[i] + dt * row[3 + i]
+            if j < 6:
+                turn = a[i][0] * row[6] + a[i][1] * row[7] + a[i][2] * row[8]
+                P[j, 3 + i] = row[3 + i] + turn - (r[i][0] * b0 + r[i][1] * b1 + r[i][2] * b2)
+            P[j, 6 + i] = t[i][0] * row[6] + t[i][1] * row[7] + t[i][2] * row[8] - dt * row[9 + i]
+            P[j, 9 + i] = row[9 + i]
+            P[j, 12 + i] = row[12 + i]
     for i in range(STATES):
         P[i, i] += noise[i]
         for j in range(i):
@@ -128,7 +137,8 @@ def inject(navs: np.ndarray, error: FloatArray, P: FloatArray) -> None:
 
 
 @kernel
-def _field_frd(q: FloatArray, field_ned: FloatArray) -> Triple:
+def field_frd(q: FloatArray, field_ned: FloatArray) -> Triple:
+    """The field along the body axes."""
     return unrotate((q[0], q[1], q[2], q[3]), (field_ned[0], field_ned[1], field_ned[2]))
 
 
@@ -136,18 +146,24 @@ def _field_frd(q: FloatArray, field_ned: FloatArray) -> Triple:
 def mag_expected(q: FloatArray, field_ned: FloatArray) -> FloatArray:
     """The field along the body axes."""
     expected = np.empty(3)
-    expected[0], expected[1], expected[2] = _field_frd(q, field_ned)
+    expected[0], expected[1], expected[2] = field_frd(q, field_ned)
     return expected
+
+
+@kernel
+def set_cross(H: FloatArray, v: Triple) -> None:
+    """Write [v]× into the attitude's columns of the 3×15 `H`, whose others it leaves alone."""
+    x, y, z = v
+    H[0, 6], H[0, 7], H[0, 8] = 0.0, -z, y
+    H[1, 6], H[1, 7], H[1, 8] = z, 0.0, -x
+    H[2, 6], H[2, 7], H[2, 8] = -y, x, 0.0
 
 
 @kernel
 def mag_jacobian(q: FloatArray, field_ned: FloatArray) -> FloatArray:
     """∂(Rᵀ m)/∂δθ = [Rᵀ m]×, in a 3×15."""
-    x, y, z = _field_frd(q, field_ned)
     H = np.zeros((3, STATES))
-    H[0, 7], H[0, 8] = -z, y
-    H[1, 6], H[1, 8] = z, -x
-    H[2, 6], H[2, 7] = -y, x
+    set_cross(H, field_frd(q, field_ned))
     return H
 
 

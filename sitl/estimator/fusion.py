@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sitl.estimator.error_state import STATES, mag_expected, mag_jacobian, predict_covariance
+from sitl.estimator.error_state import STATES, field_frd, predict_covariance, set_cross
 from sitl.estimator.filters import gated_update
 from sitl.estimator.observer import follow
 from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, PREDICT_S, RING, catch_up
@@ -78,11 +78,13 @@ def reset_to(navs: np.ndarray, P: FloatArray, variance: FloatArray, z: FloatArra
 
 
 @kernel
-def _fix_ned(nav: np.record, book: np.record, slot: int) -> FloatArray:
-    """Place and speed of the fix in that slot."""
-    origin, fix = book.origin, nav.fix[slot]
-    ned = ned_of_geodetic((origin[0], origin[1], origin[2]), (fix[0], fix[1], fix[2]))
-    return np.array([ned[0], ned[1], ned[2], fix[3], fix[4], fix[5]])
+def _take_fix(nav: np.record, book: np.record, work: np.record, slot: int) -> None:
+    """Write place and speed of the fix in that slot into `work`."""
+    origin, fix, ned = book.origin, nav.fix, work.fix_ned
+    place = (fix[slot, 0], fix[slot, 1], fix[slot, 2])
+    ned[0], ned[1], ned[2] = ned_of_geodetic((origin[0], origin[1], origin[2]), place)
+    for i in range(3, 6):
+        ned[i] = fix[slot, i]
 
 
 @kernel
@@ -103,24 +105,28 @@ def _settle_fix(
 
 
 @kernel
-def _measured(
-    nav: np.record, book: np.record, sheet: np.record, fix: FloatArray, kind: int, slot: int
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """What was measured, what was expected, the Jacobian and the covariance."""
-    if kind == MAG:
-        expected = mag_expected(nav.q_ned_frd, sheet.field_ned_gauss)
-        H = mag_jacobian(nav.q_ned_frd, sheet.field_ned_gauss)
-        return nav.mag[slot].copy(), expected, H, sheet.mag_variance_gauss2 * np.eye(3)
-    n, first = 1 if kind == BARO else 3, 3 if kind == SPEED else 0
-    z, expected, H, R = np.empty(n), np.empty(n), np.zeros((n, STATES)), np.zeros((n, n))
+def _look_at(
+    kind: int, nav: np.record, book: np.record, sheet: np.record, work: np.record, slot: int
+) -> None:
+    """Write into `work` what was measured less what was expected, its Jacobian and its covariance."""
+    m = 1 if kind == BARO else 3
+    first = 2 if kind == BARO else 3 if kind == SPEED else 6 if kind == MAG else 0
+    work.rows, work.first, work.last = m, first, first + m
+    for a in range(m):
+        for b in range(m):
+            work.R[a, b], work.H[a, first + b] = 0.0, 1.0 if a == b else 0.0
+        if kind in (SPEED, PLACE):
+            work.residual[a] = work.fix_ned[first + a] - nav.pose[first + a]
+            work.R[a, a] = sheet.fix_variance[first + a]
     if kind == BARO:
-        z[0] = nav.baro_alt_m[slot] - book.baro_bias_m - book.origin[2]
-        expected[0], H[0, 2], R[0, 0] = -nav.pose[2], -1.0, sheet.baro_variance_m2
-        return z, expected, H, R
-    for i in range(3):
-        z[i], expected[i], H[i, first + i] = fix[first + i], nav.pose[first + i], 1.0
-        R[i, i] = sheet.fix_variance[first + i]
-    return z, expected, H, R
+        book.baro_alt_m = nav.baro_alt_m[slot]
+        work.residual[0] = nav.baro_alt_m[slot] - book.baro_bias_m - book.origin[2] + nav.pose[2]
+        work.H[0, 2], work.R[0, 0] = -1.0, sheet.baro_variance_m2
+    if kind == MAG:
+        expected = field_frd(nav.q_ned_frd, sheet.field_ned_gauss)
+        set_cross(work.H, expected)
+        for a in range(3):
+            work.residual[a], work.R[a, a] = nav.mag[slot, a] - expected[a], sheet.mag_variance_gauss2
 
 
 @kernel
@@ -128,35 +134,34 @@ def fuse_frame(
     navs: np.ndarray,
     books: np.ndarray,
     sheets: np.ndarray,
+    works: np.ndarray,
     x: FloatArray,
     P: FloatArray,
-    work: FloatArray,
     frame: int,
     has: int,
 ) -> None:
     """One frame at the horizon of an estimator that runs: `frame` is the newest, `has` what was measured."""
-    nav, book, sheet = navs[0], books[0], sheets[0]
+    nav, book, sheet, work = navs[0], books[0], sheets[0], works[0]
     slot = (frame - nav.horizon_frames) % RING
-    predict_covariance(P, work, navs, sheet.process_noise, PREDICT_S)
+    predict_covariance(P, work.FP, navs, sheet.process_noise, PREDICT_S)
     if not has:
         if nav.follows:
             follow(navs)
         return
-    fix = _fix_ned(nav, book, slot) if has & HAS_FIX else np.empty(0)
-    if has & HAS_FIX and frame - book.fix_frame > ALONE_FRAMES:
-        P[2, 2] += sheet.baro_drift_m2
+    if has & HAS_FIX:
+        _take_fix(nav, book, work, slot)
+        if frame - book.fix_frame > ALONE_FRAMES:
+            P[2, 2] += sheet.baro_drift_m2
     for kind in range(4):
         if not has & (HAS_BARO if kind == BARO else HAS_MAG if kind == MAG else HAS_FIX):
             continue
-        if kind == BARO:
-            book.baro_alt_m = nav.baro_alt_m[slot]
-        z, expected, H, R = _measured(nav, book, sheet, fix, kind, slot)
-        accepted = gated_update(navs, x, P, z, expected, H, R, sheet.gate[kind])
+        _look_at(kind, nav, book, sheet, work, slot)
+        accepted = gated_update(navs, x, P, works, sheet.gate[kind])
         if accepted and kind in (SPEED, PLACE):
             book.fix_frame = frame
         if kind == PLACE:
             book.rejected = 0 if accepted else book.rejected + 1
-            _settle_fix(navs, book, sheet, P, fix, frame)
+            _settle_fix(navs, book, sheet, P, work.fix_ned, frame)
     if nav.follows:
         follow(navs)
     else:

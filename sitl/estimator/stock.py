@@ -6,7 +6,6 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 from sitl.estimator.error_state import STATES, inject, transition
-from sitl.estimator.filters import worst_ratio
 from sitl.estimator.strapdown import PREDICT_S
 from sitl.kernels import FloatArray
 
@@ -32,7 +31,7 @@ class StockFilter(ExtendedKalmanFilter):  # type: ignore[misc]
 
     def fuse(self, z: FloatArray, expected: FloatArray, H: FloatArray, R: FloatArray, gate: float) -> bool:
         """Move the nominal state by an update; not if a component lies beyond `gate` sigmas."""
-        if worst_ratio(self.P, z - expected, H, R) > gate * gate:
+        if ((z - expected) ** 2 / np.diag(H @ self.P @ H.T + R)).max() > gate * gate:
             return False
         self.update(z, lambda _: H, lambda _: expected, R=R)
         inject(self._nav, self.x, self.P)

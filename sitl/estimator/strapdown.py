@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from sitl.geo import GRAVITY_MPS2
-from sitl.kernels import FloatArray, Triple, kernel
+from sitl.kernels import FloatArray, Triple, inlined_kernel, kernel
 from sitl.rotation import exponential, multiply, normalized, rotate
 
 __all__ = [
@@ -82,7 +82,7 @@ def new_nav() -> np.ndarray:
     return nav
 
 
-@kernel
+@inlined_kernel
 def propagate(p: FloatArray, v: FloatArray, q: FloatArray, force: Triple, rate: Triple, dt: float) -> Triple:
     """Move p, v, q by bias-free means of specific force and rate; the NED acceleration meant by them.
 

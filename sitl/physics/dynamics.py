@@ -15,7 +15,7 @@ import numpy as np
 
 from sitl.airframe import Airframe
 from sitl.geo import GRAVITY_MPS2
-from sitl.kernels import FloatArray, Quaternion, Triple, kernel
+from sitl.kernels import FloatArray, Quaternion, Triple, inlined_kernel, kernel
 from sitl.physics.ground import ground_holds, ground_load
 from sitl.rotation import multiply, normalized, rotate, unrotate
 
@@ -102,7 +102,7 @@ def new_body(q_ned_frd: Quaternion, position_ned_m: Triple) -> np.ndarray:
     return body
 
 
-@kernel
+@inlined_kernel
 def _air_load(velocity: Triple, q: Quaternion, rotor: Quaternion, plant: np.record) -> tuple[Triple, Triple]:
     """Force and torque of the air, FRD."""
     wind = plant.wind_ned_mps
@@ -142,7 +142,7 @@ def cushion(position: Triple, q: Quaternion, plant: np.record) -> None:
         plant.cushion[i] = 1.0 / (1.0 - ratio * ratio)
 
 
-@kernel
+@inlined_kernel
 def _slope(
     position: Triple,
     velocity: Triple,

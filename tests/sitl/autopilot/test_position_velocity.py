@@ -30,7 +30,7 @@ def test_the_first_velocity_has_the_right_of_way(first, second, limit):
 
 
 def thrust(acceleration):
-    given_, _ = thrust_for(np.array(acceleration), HOVER, LEAST, MOST, MARGIN, TILT)
+    given_, _ = thrust_for(np.array(acceleration), HOVER, LEAST, MOST, MARGIN, GRAVITY_MPS2 * math.tan(TILT))
     return np.array(given_)
 
 

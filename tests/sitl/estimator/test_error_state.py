@@ -72,7 +72,7 @@ def test_the_structured_prediction_is_f_p_ft_plus_q():
     P, nav, noise = A @ A.T, random_nav(), np.abs(RNG.standard_normal(m.STATES))
     F = m.transition(nav["mean_q"][0], nav["mean_force"][0], nav["mean_rate"][0], 0.01)
     expected = F @ P @ F.T + np.diag(noise)
-    m.predict_covariance(P, np.zeros_like(P), nav, noise, 0.01)
+    m.predict_covariance(P, np.zeros((9, m.STATES)), nav, noise, 0.01)
     np.testing.assert_allclose(P, expected, rtol=1e-12, atol=1e-12)
     np.testing.assert_array_equal(P, P.T)
 

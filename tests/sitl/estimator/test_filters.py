@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sitl.estimator import error_state as m
-from sitl.estimator.filters import KernelFilter, worst_ratio
+from sitl.estimator.filters import KernelFilter
 from sitl.estimator.stock import StockFilter
 from sitl.estimator.strapdown import new_nav
 
@@ -48,8 +48,13 @@ def test_the_kernels_covariance_stays_exactly_symmetric_and_positive():
     assert np.linalg.eigvalsh(mine.P).min() > 0.0
 
 
-def test_the_worst_ratio_is_that_of_the_worst_component():
-    mine, _ = twins()
+@pytest.mark.parametrize("which", [0, 1])
+def test_an_update_is_refused_where_its_worst_component_lies_beyond_the_gate(which):
+    one = twins()[which]
     H, R, r = RNG.standard_normal((3, m.STATES)), 0.2 * np.eye(3), np.array([0.1, -3.0, 0.2])
-    expected = (r**2 / np.diag(H @ mine.P @ H.T + R)).max()
-    assert worst_ratio(mine.P, r, H, R) == pytest.approx(expected, rel=1e-12)
+    gate = np.sqrt((r**2 / np.diag(H @ one.P @ H.T + R)).max())
+    before = one.P.copy()
+    assert not one.fuse(r, np.zeros(3), H, R, gate * (1.0 - 1e-9))
+    np.testing.assert_array_equal(one.P, before)
+    assert one.fuse(r, np.zeros(3), H, R, gate * (1.0 + 1e-9))
+    assert np.trace(one.P) < np.trace(before)
