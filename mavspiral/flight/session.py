@@ -98,7 +98,7 @@ class Session:
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
-        s, out = self._s, self._out
+        s, out, heartbeats, setpoints = self._s, self._out, self._heartbeats, self._streamer.schedule
         s.now_us = s.link.now_us = now_us
         if not self._begun:
             self._begin()
@@ -110,21 +110,19 @@ class Session:
             self._act_on(finding)
         if self.outcome is None:
             self._turn()
-        if self._streamer.schedule.take(now_us):
+        if setpoints.take(now_us):
             self._tick()
-        if self._heartbeats.take(now_us):
+        if heartbeats.take(now_us):
             out.append(s.link.heartbeat())
             if s.clock.rate > _FAST:  # its failsafes count seconds of its own
-                self._heartbeats.due_us = min(
-                    self._heartbeats.due_us, now_us + round(_HEARTBEAT_US / s.clock.rate)
-                )
-        send = out[0] if len(out) == 1 else b"".join(out)
+                heartbeats.due_us = min(heartbeats.due_us, now_us + round(_HEARTBEAT_US / s.clock.rate))
+        send = b"".join(out)
         out.clear()
         events: tuple[Event, ...] = ()
         if len(s.events) > self._told_n:
             events = tuple(s.events[self._told_n :])
             self._told_n += len(events)
-        return Step(send, min(self._streamer.schedule.due_us, self._heartbeats.due_us), events)
+        return Step(send, min(setpoints.due_us, heartbeats.due_us), events)
 
     def stop(self) -> None:
         """Ask for an end, from any thread or signal: hold in the air; asked again, fly home.
