@@ -34,7 +34,9 @@ _AWAKE_OF_WAIT = 20
 class Machine(Protocol):
     """What can be driven: a flight, an upload."""
 
-    outcome: Outcome | None
+    @property
+    def outcome(self) -> Outcome | None:
+        """How it ended; None as long as it goes on."""
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received`; what to send, and when to call again."""
