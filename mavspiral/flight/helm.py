@@ -27,12 +27,14 @@ class Helm:
     Attributes:
         state: where on the course it is, and `row` what the course says there.
         outcome: how it ended; None as long as it goes on.
+        ahead: a state that is about to begin, which takes some milliseconds (`settle`); else None.
     """
 
     def __init__(self, situation: Situation, watch: Watch, send: Callable[[bytes], None]) -> None:
         self.state = State.CONNECT
         self.row = COURSE[State.CONNECT]
         self.outcome: Outcome | None = None
+        self.ahead: State | None = None
         self._s = situation
         self._watch = watch
         self._send = send
@@ -61,9 +63,18 @@ class Helm:
         else:
             self._give_up(*reply)
 
+    def settle(self) -> None:
+        """Begin the state that is ahead; where that is refused, land."""
+        state, self.ahead = self.ahead, None
+        if state is not None and self.outcome is None:
+            try:
+                self._begin(state)
+            except MavspiralError as refusal:
+                self._give_up(f"{refusal}; landing", State.LAND)
+
     def look_out(self) -> None:
         """Act on all that is found now."""
-        while self.outcome is None and (finding := self._watch.finds(self.state, self.row)) is not None:
+        while self._goes_on and (finding := self._watch.finds(self.state, self.row)) is not None:
             self.act_on(finding)
 
     def act_on(self, finding: Finding) -> None:
@@ -77,19 +88,26 @@ class Helm:
         """Go as far along the course as it lets us, then ask for what the present state needs."""
         s = self._s
         try:
-            while self.outcome is None and self.row.done(s):
+            while self._goes_on and self.row.done(s):
                 self._enter(self.row.then)
         except MavspiralError as refusal:
             if self.row.modes is None:
                 self._conclude(str(refusal), refusal.exit_code)
             else:
                 self._give_up(f"{refusal}; landing", State.LAND)
-        if self.outcome is None and (s.now_us - s.entered_us) * 1e-6 > self.row.within_s:
+        if not self._goes_on:
+            return
+        if (s.now_us - s.entered_us) * 1e-6 > self.row.within_s:
             self._too_late(self.row)
         ask = self.row.ask
-        if self.outcome is None and ask is not None and s.now_us >= self._ask_due_us:
+        if ask is not None and self._goes_on and s.now_us >= self._ask_due_us:
             self._ask_due_us = s.now_us + round(self.row.ask_every_s * 1e6)
             self._send(ask(s))
+
+    @property
+    def _goes_on(self) -> bool:
+        """Whether neither an end has come nor a state is ahead."""
+        return self.outcome is None and self.ahead is None
 
     def _enter(self, state: State) -> None:
         s = self._s
@@ -98,13 +116,19 @@ class Helm:
             self._conclude("dry run: all but arming went well", 0)
         elif state is State.OVER:
             self._end()
+        elif COURSE[state].plans:
+            self.ahead = state
         else:
-            self.state, self.row = state, COURSE[state]
-            s.entered_us = self._ask_due_us = s.now_us
-            self._watch.entered(self.row)
-            if self.row.enter is not None:
-                self.row.enter(s)
-            s.tell("info", state.value)
+            self._begin(state)
+
+    def _begin(self, state: State) -> None:
+        s = self._s
+        self.state, self.row = state, COURSE[state]
+        s.entered_us = self._ask_due_us = s.now_us
+        self._watch.entered(self.row)
+        if self.row.enter is not None:
+            self.row.enter(s)
+        s.tell("info", state.value)
 
     def _go_on(self) -> None:
         """Where it was stopped: the follower has kept its place."""

@@ -84,6 +84,8 @@ def drive(
             step = session.step(now_us(), received)
             try:
                 transport.send(step.send)
+                if step.afterwards is not None:
+                    step.afterwards()
                 if on_step is not None and told is None:
                     try:
                         on_step(session, step)

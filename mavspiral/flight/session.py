@@ -97,14 +97,15 @@ class Session:
         s.now_us = s.link.now_us = now_us
         if not self._begun:
             self._begin()
+        if helm.ahead is not None:
+            helm.settle()
         self._listener.take_in(received)
         if helm.outcome is None:
             if self._wish is not None:
                 wish, self._wish = self._wish, None
                 helm.obey(wish)
             helm.look_out()
-            if helm.outcome is None:
-                helm.turn()
+            helm.turn()
         if setpoints.take(now_us):
             self._tick()
         if heartbeats.take(now_us):
@@ -117,7 +118,8 @@ class Session:
         if len(s.events) > self._told_n:
             events = tuple(s.events[self._told_n :])
             self._told_n += len(events)
-        return Step(send, min(setpoints.due_us, heartbeats.due_us), events)
+        afterwards = None if helm.ahead is None else helm.settle
+        return Step(send, min(setpoints.due_us, heartbeats.due_us), events, afterwards)
 
     def stop(self) -> None:
         """Ask for an end, from any thread or signal: hold in the air; asked again, fly home.
