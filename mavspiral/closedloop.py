@@ -150,6 +150,8 @@ def _flown(
             begin_s = time.perf_counter()
         vehicle = simulator.step(now_us, to_vehicle)
         step = session.step(now_us, vehicle.send)
+        if step.afterwards is not None:
+            step.afterwards()
         if now_us % WITNESS_US == 0:
             witness.note()
         to_vehicle = step.send

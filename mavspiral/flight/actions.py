@@ -120,6 +120,8 @@ def routed(s: Situation) -> bool:
     s.to_vehicle = s.frame.to_vehicle(GeoPoint(*s.origin))
     home_enu_m = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
     s.trajectory = s.route(home_enu_m)
+    east_m, north_m, up_m = s.trajectory.legs[0].path(0.0).tolist()
+    s.begins_enu_m = east_m, north_m, up_m
     s.leg_begins_s = tuple(s.trajectory.span_s(leg.name)[0] for leg in s.trajectory.legs)
     s.inspection_ends_s = s.trajectory.span_s("inspection")[1]
     s.reference = Reference.of(s.trajectory, s.to_vehicle)

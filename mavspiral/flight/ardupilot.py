@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import math
 
-from mavspiral.flight.link import SYSTEM_ID
 from mavspiral.flight.messages import Command, MessageId, TypeMask
+from mavspiral.flight.packing import SYSTEM_ID
 from mavspiral.flight.profile import Mode, Profile
 
 __all__ = ["ARDUPILOT"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mavspiral.flight.link import SYSTEM_ID
+from mavspiral.flight.packing import SYSTEM_ID
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.reference import Extremes
 from mavspiral.flight.vehicle import Vehicle

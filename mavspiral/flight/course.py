@@ -46,6 +46,7 @@ class Row:
         streams: setpoints go out.
         moves: path time runs; else the setpoint stands still.
         may_disarm: the vehicle's disarming is expected.
+        plans: to enter takes some milliseconds, so it waits until what is due has been sent.
     """
 
     done: Callable[[Situation], bool]
@@ -60,6 +61,7 @@ class Row:
     streams: bool = False
     moves: bool = False
     may_disarm: bool = False
+    plans: bool = False
 
 
 def _say(words: str) -> Callable[[Situation], str]:
@@ -187,6 +189,7 @@ COURSE: Mapping[State, Row] = {
         actions.finished,
         State.LAND,
         enter=actions.prepare_return,
+        plans=True,
         within_s=900.0,
         late=Late.COME_DOWN,
         words=_say("it did not come home in 900 s; landing it where it is"),
@@ -211,6 +214,7 @@ COURSE: Mapping[State, Row] = {
         actions.finished,
         State.LAND,
         enter=actions.prepare_leave,
+        plans=True,
         within_s=15.0,
         late=Late.GO_ON,
         words=_say("it did not get away from the wall in 15 s; landing it where it is"),

@@ -35,7 +35,8 @@ __all__ = ["KINDS", "Kind", "sender"]
 _V2 = 0xFD
 _HEADER_N, _V1_HEADER_N = 10, 6
 _new: Callable[[type[Message], tuple[Any, ...]], Message] = tuple.__new__
-_Make = Callable[[tuple[Any, ...], bytes], Message]
+_Fields = Callable[[bytes], tuple[Any, ...]]
+_Value = Callable[[bytes], Message]
 
 
 class Kind(NamedTuple):
@@ -44,32 +45,12 @@ class Kind(NamedTuple):
     Args:
         message_id: its number.
         crc_extra: the byte that its checksum has beyond the frame's own.
-        unpack_from: its fields, in their order on the wire.
-        payload_n: bytes on the wire when no zeros are cut off.
-        make: makes our value of those fields and the whole frame; None where it is of no use to us.
-        tuple_of: the value that is those fields as they are.
+        value: what a whole frame of this kind says; None where it is of no use to us.
     """
 
     message_id: int
     crc_extra: bytes
-    unpack_from: Callable[..., tuple[Any, ...]]
-    payload_n: int
-    make: _Make | None
-    tuple_of: type[Message] | None = None
-
-    def value(self, frame: bytes) -> Message | None:
-        """What a whole frame of this kind says; None where it is of no use to us."""
-        _, _, unpack_from, payload_n, make, tuple_of = self
-        if make is None and tuple_of is None:
-            return None
-        begin, sent_n = _HEADER_N if frame[0] == _V2 else _V1_HEADER_N, frame[1]
-        if sent_n >= payload_n:
-            fields = unpack_from(frame, begin)
-        else:
-            fields = unpack_from(frame[begin : begin + sent_n].ljust(payload_n, b"\0"))
-        if tuple_of is not None:
-            return _new(tuple_of, fields)
-        return None if make is None else make(fields, frame)
+    value: _Value | None
 
 
 def sender(frame: bytes) -> bytes:
@@ -77,19 +58,50 @@ def sender(frame: bytes) -> bytes:
     return frame[4:7] if frame[0] == _V2 else frame[2:5]
 
 
-def _taking(make: Callable[..., Message], described: Any, names: str) -> _Make:
+def _fields(described: Any) -> _Fields:
+    """Gives the fields in a whole frame, in their order on the wire, with the zeros that were cut off."""
+    unpack_from, payload_n = described.unpacker.unpack_from, described.unpacker.size
+
+    def fields(frame: bytes) -> tuple[Any, ...]:
+        begin, sent_n = _HEADER_N if frame[0] == _V2 else _V1_HEADER_N, frame[1]
+        there: tuple[Any, ...]
+        if sent_n >= payload_n:
+            there = unpack_from(frame, begin)
+        else:
+            there = unpack_from(frame[begin : begin + sent_n].ljust(payload_n, b"\0"))
+        return there
+
+    return fields
+
+
+def _as_they_are(described: Any, kind: type[Message]) -> _Value:
+    """The value that is its fields as they are."""
+    fields = _fields(described)
+    return lambda frame: _new(kind, fields(frame))
+
+
+def _taking(described: Any, names: str, make: Callable[..., Message]) -> _Value:
     """`make` of these fields; on the wire an array counts as many as it has."""
+    fields = _fields(described)
     starts = [sum(described.lengths[:number]) for number in range(len(described.lengths))]
     places = [starts[described.ordered_fieldnames.index(name)] for name in names.split()]
-    return lambda fields, _: make(*[fields[place] for place in places])
+
+    def value(frame: bytes) -> Message:
+        said = fields(frame)
+        return make(*[said[place] for place in places])
+
+    return value
 
 
 def _text(raw: bytes) -> str:
     return raw.split(b"\0", 1)[0].decode("ascii", errors="replace")
 
 
-def _heartbeat(fields: tuple[Any, ...], frame: bytes) -> Heartbeat:
-    custom_mode, _, autopilot, base_mode, system_status, _ = fields
+_heartbeat_fields = _fields(mavlink.MAVLink_heartbeat_message)
+
+
+def _heartbeat(frame: bytes) -> Heartbeat:
+    custom_mode, _, autopilot, base_mode, system_status, _ = _heartbeat_fields(frame)
     armed = bool(base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
     _, system_id, component_id = sender(frame)
     return Heartbeat(system_id, component_id, autopilot, armed, custom_mode, system_status)
@@ -107,7 +119,7 @@ def _mission_item(
     return MissionItem(seq, command, frame, (p1, p2, p3, p4), x, y, z, bool(again), kind)
 
 
-_AS_THEY_ARE: dict[Any, type[Message]] = {
+_WHOLE: dict[Any, type[Message]] = {
     mavlink.MAVLink_local_position_ned_message: LocalPosition,
     mavlink.MAVLink_attitude_message: Attitude,
 }
@@ -174,19 +186,14 @@ _SOME_FIELDS: tuple[tuple[Any, str, Callable[..., Message]], ...] = (
 
 
 def _kinds() -> dict[bytes, Kind]:
-    makes = {mavlink.MAVLink_heartbeat_message: _heartbeat} | {
-        known: _taking(make, known, names) for known, names, make in _SOME_FIELDS
-    }
+    values: dict[Any, _Value] = {mavlink.MAVLink_heartbeat_message: _heartbeat}
+    values |= {described: _as_they_are(described, kind) for described, kind in _WHOLE.items()}
+    values |= {described: _taking(described, names, make) for described, names, make in _SOME_FIELDS}
     return {
-        known.id.to_bytes(3, "little"): Kind(
-            known.id,
-            bytes((known.crc_extra,)),
-            known.unpacker.unpack_from,
-            known.unpacker.size,
-            makes.get(known),
-            _AS_THEY_ARE.get(known),
+        described.id.to_bytes(3, "little"): Kind(
+            described.id, bytes((described.crc_extra,)), values.get(described)
         )
-        for known in {*mavlink.mavlink_map.values(), *makes, *_AS_THEY_ARE}
+        for described in {*mavlink.mavlink_map.values(), *values}
     }
 
 

@@ -42,10 +42,11 @@ class Battery:
 
 def _home_s(s: Situation) -> float:
     """How long the way home may take: up above everything, straight there, down."""
-    assert s.to_vehicle is not None and s.trajectory is not None
-    here = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
-    home = s.trajectory.legs[0].path(0.0)
-    top_m = max(float(here[2]), s.config.safe_height_enu_m, float(home[2]))
-    across_m = math.dist(here[:2], home[:2])
-    up_s, down_s = (top_m - float(here[2])) / _UP_MPS, (top_m - float(home[2])) / _DOWN_MPS
+    assert s.to_vehicle is not None
+    here_enu_m: list[float] = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m).tolist()
+    east_m, north_m, up_m = here_enu_m
+    home_east_m, home_north_m, home_up_m = s.begins_enu_m
+    top_m = max(up_m, s.config.safe_height_enu_m, home_up_m)
+    across_m = math.dist((east_m, north_m), (home_east_m, home_north_m))
+    up_s, down_s = (top_m - up_m) / _UP_MPS, (top_m - home_up_m) / _DOWN_MPS
     return up_s + across_m / _ACROSS_MPS + down_s + _LANDING_S

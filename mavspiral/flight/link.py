@@ -1,33 +1,27 @@
 """Our end of a MAVLink 2 conversation, without a socket: what the vehicle says, and the frames that we send.
 
-We are system 245, component 191, a MAV_TYPE_ONBOARD_CONTROLLER without an autopilot. Setpoints, which fly fifty times
-a second, are packed here from pymavlink's own metadata, which costs a tenth of building its objects; a test holds
-them equal to pymavlink's, byte for byte.
+We are system 245, component 191, a MAV_TYPE_ONBOARD_CONTROLLER without an autopilot.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from mavspiral.flight.decoding import sender
-from mavspiral.flight.framing import CHECKSUM_N, Decoder, crc
+from mavspiral.flight.framing import Decoder
 from mavspiral.flight.messages import Command, CommandAck, Heartbeat, ImageCaptured, Message, Setpoint
 from mavspiral.flight.mission_messages import MissionItem
+from mavspiral.flight.packing import Layout, frame_of, layout
 from mavspiral.flight.signing import SIGNED, Signer
 
-__all__ = ["COMPONENT_ID", "SYSTEM_ID", "Link"]
+__all__ = ["Link"]
 
-SYSTEM_ID = 245
-COMPONENT_ID = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
 LATE_N = 32  # a sequence number this far behind the newest was overtaken; further behind, many were lost
 
-_SETPOINT = mavlink.MAVLink_set_position_target_local_ned_message
-_SETPOINT_PACK = _SETPOINT.unpacker.pack
-_SETPOINT_ID = _SETPOINT.id
-_SETPOINT_EXTRA = bytes((_SETPOINT.crc_extra,))
+_SETPOINT = layout(mavlink.MAVLink_set_position_target_local_ned_message)
 
 
 class Link:
@@ -49,48 +43,49 @@ class Link:
         self._signer = signer
         self._newest_seq: int | None = None
         self._decoder = Decoder()
-        self._packer = mavlink.MAVLink(None, SYSTEM_ID, COMPONENT_ID)
+        self._seq = 0
 
     def receive(self, data: bytes) -> list[Message]:
         """The messages that `data` completes. Garbage is counted and skipped."""
         messages: list[Message] = []
-        tap, signer = self._tap, self._signer
-        for frame, kind in self._decoder.frames(data):
+        tap, signer, now_us, vehicle = self._tap, self._signer, self.now_us, self.vehicle
+        for frame, kind, seq, system_id, component_id in self._decoder.frames(data):
             if tap is not None:
-                tap(self.now_us, frame)
+                tap(now_us, frame)
             if signer is not None and not signer.accepts(frame):
                 continue
             if kind is None:
                 continue
-            seq, system_id, component_id = sender(frame)
-            if self.vehicle is None:
-                if isinstance(value := kind.value(frame), Heartbeat):
-                    messages.append(value)
-            elif (system_id, component_id) == self.vehicle:
+            message_id, _, value = kind
+            its_own = (system_id, component_id) == vehicle
+            if its_own:
                 newest = self._newest_seq
                 if newest is not None and (newest - seq) % 256 < LATE_N:
                     continue
                 self._newest_seq = seq
-                self.arrivals[kind.message_id] += 1
-                if (value := kind.value(frame)) is not None:
-                    messages.append(value)
-            elif system_id == self.vehicle[0] and isinstance(
-                value := kind.value(frame), (CommandAck, ImageCaptured)
-            ):
-                messages.append(value)  # its camera's
+                self.arrivals[message_id] += 1
+            if value is not None:
+                said = value(frame)
+                if its_own or self._concerns_us(said, system_id):
+                    messages.append(said)
         return messages
+
+    def _concerns_us(self, said: Message, system_id: int) -> bool:
+        """Of what others say: who may be the vehicle, and once that is known what its camera answers."""
+        if self.vehicle is None:
+            return isinstance(said, Heartbeat)
+        return system_id == self.vehicle[0] and isinstance(said, (CommandAck, ImageCaptured))
 
     def heartbeat(self) -> bytes:
         """Our HEARTBEAT."""
         return self._pack(
-            mavlink.MAVLink_heartbeat_message(
-                mavlink.MAV_TYPE_ONBOARD_CONTROLLER,
-                mavlink.MAV_AUTOPILOT_INVALID,
-                0,
-                0,
-                mavlink.MAV_STATE_ACTIVE,
-                3,
-            )
+            mavlink.MAVLink_heartbeat_message,
+            mavlink.MAV_TYPE_ONBOARD_CONTROLLER,
+            mavlink.MAV_AUTOPILOT_INVALID,
+            0,
+            0,
+            mavlink.MAV_STATE_ACTIVE,
+            3,
         )
 
     def command(self, command: Command, *params: float, component: int | None = None) -> bytes:
@@ -98,77 +93,65 @@ class Link:
         filled = (*params, *(0.0,) * (7 - len(params)))
         system_id, autopilot_id = self._addressee
         to = system_id, autopilot_id if component is None else component
-        return self._pack(mavlink.MAVLink_command_long_message(*to, int(command), 0, *filled))
+        return self._pack(mavlink.MAVLink_command_long_message, *to, int(command), 0, *filled)
 
     def parameter_request(self, name: str) -> bytes:
         """A PARAM_REQUEST_READ by name."""
         return self._pack(
-            mavlink.MAVLink_param_request_read_message(*self._addressee, name.encode("ascii"), -1)
+            mavlink.MAVLink_param_request_read_message, *self._addressee, name.encode("ascii"), -1
         )
 
     def parameter_set(self, name: str, raw: float, param_type: int) -> bytes:
         """A PARAM_SET."""
         return self._pack(
-            mavlink.MAVLink_param_set_message(*self._addressee, name.encode("ascii"), raw, param_type)
+            mavlink.MAVLink_param_set_message, *self._addressee, name.encode("ascii"), raw, param_type
         )
 
     def mission_count(self, count: int, kind: int) -> bytes:
         """A MISSION_COUNT: the offer of an upload."""
-        return self._pack(mavlink.MAVLink_mission_count_message(*self._addressee, count, kind))
+        return self._pack(mavlink.MAVLink_mission_count_message, *self._addressee, count, kind)
 
     def mission_part(self, first: int, last: int, kind: int) -> bytes:
         """A MISSION_WRITE_PARTIAL_LIST: the offer of some items of a list."""
         return self._pack(
-            mavlink.MAVLink_mission_write_partial_list_message(*self._addressee, first, last, kind)
+            mavlink.MAVLink_mission_write_partial_list_message, *self._addressee, first, last, kind
         )
 
     def mission_item(self, item: MissionItem) -> bytes:
         """A MISSION_ITEM_INT; the first one is the current one."""
         return self._pack(
-            mavlink.MAVLink_mission_item_int_message(
-                *self._addressee,
-                item.seq,
-                item.frame,
-                item.command,
-                int(item.seq == 0),
-                int(item.autocontinue),
-                *item.params,
-                item.x,
-                item.y,
-                item.z,
-                item.kind,
-            )
+            mavlink.MAVLink_mission_item_int_message,
+            *self._addressee,
+            item.seq,
+            item.frame,
+            item.command,
+            int(item.seq == 0),
+            int(item.autocontinue),
+            *item.params,
+            item.x,
+            item.y,
+            item.z,
+            item.kind,
         )
 
     def mission_list_request(self, kind: int) -> bytes:
         """A MISSION_REQUEST_LIST: how many items are there?"""
-        return self._pack(mavlink.MAVLink_mission_request_list_message(*self._addressee, kind))
+        return self._pack(mavlink.MAVLink_mission_request_list_message, *self._addressee, kind)
 
     def mission_request(self, seq: int, kind: int) -> bytes:
         """A MISSION_REQUEST_INT for one item."""
-        return self._pack(mavlink.MAVLink_mission_request_int_message(*self._addressee, seq, kind))
+        return self._pack(mavlink.MAVLink_mission_request_int_message, *self._addressee, seq, kind)
 
     def mission_ack(self, kind: int) -> bytes:
         """A MISSION_ACK: all items of a download have come."""
-        return self._pack(mavlink.MAVLink_mission_ack_message(*self._addressee, 0, kind))
+        return self._pack(mavlink.MAVLink_mission_ack_message, *self._addressee, 0, kind)
 
     def setpoint(
         self, time_boot_ms: int, setpoint: Setpoint, *, type_mask: int, coordinate_frame: int
     ) -> bytes:
-        """A SET_POSITION_TARGET_LOCAL_NED, packed straight from the dialect's own format."""
-        payload = _SETPOINT_PACK(
-            time_boot_ms & 0xFFFFFFFF,
-            *setpoint,
-            type_mask,
-            *self._addressee,
-            coordinate_frame,
-        ).rstrip(b"\0")
-        body = (
-            bytes((len(payload), 0, 0, self._packer.seq, SYSTEM_ID, COMPONENT_ID, _SETPOINT_ID, 0, 0))
-            + payload
-        )
-        checksum = crc(body + _SETPOINT_EXTRA, 0xFFFF).to_bytes(CHECKSUM_N, "little")
-        return self._sent(b"\xfd" + body + checksum)
+        """A SET_POSITION_TARGET_LOCAL_NED."""
+        fields = time_boot_ms & 0xFFFFFFFF, *setpoint, type_mask, *self._addressee, coordinate_frame
+        return self._framed(_SETPOINT, fields)
 
     @property
     def garbage_n(self) -> int:
@@ -186,21 +169,19 @@ class Link:
             raise RuntimeError("no vehicle to address: set `vehicle` from its heartbeat first")
         return self.vehicle
 
-    def _pack(self, message: mavlink.MAVLink_message) -> bytes:
-        return self._sent(message.pack(self._packer))
+    def _pack(self, described: Any, *fields: Any) -> bytes:
+        """A frame of these fields, in the dialect's order."""
+        kind = layout(described)
+        return self._framed(kind, [fields[told] for told in kind.order])
 
-    def _sent(self, frame: bytes) -> bytes:
-        self._packer.seq = (self._packer.seq + 1) % 256
-        if self._signer is not None:
-            frame = self._signer.sign(_flagged(frame))
+    def _framed(self, kind: Layout, fields: Sequence[Any]) -> bytes:
+        """A frame of these fields, in their order on the wire."""
+        signer, seq = self._signer, self._seq
+        self._seq = (seq + 1) % 256
+        if signer is None:
+            frame = frame_of(kind, fields, seq, 0)
+        else:
+            frame = signer.sign(frame_of(kind, fields, seq, SIGNED))
         if self._tap is not None:
             self._tap(self.now_us, frame)
         return frame
-
-
-def _flagged(frame: bytes) -> bytes:
-    """A MAVLink 2 frame of ours that says that it is signed; its signature is still to come."""
-    body = frame[1:2] + bytes((SIGNED,)) + frame[3:-CHECKSUM_N]
-    crc_extra = mavlink.mavlink_map[int.from_bytes(frame[7:10], "little")].crc_extra
-    checksum: int = mavlink.x25crc(body + bytes((crc_extra,))).crc
-    return frame[:1] + body + checksum.to_bytes(CHECKSUM_N, "little")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
@@ -100,8 +101,12 @@ class Outcome:
 
 
 class Step(NamedTuple):
-    """What to send, when to call again at the latest, and what there is to tell."""
+    """What to send, when to call again at the latest, and what there is to tell.
+
+    `afterwards` is still to be done once `send` has gone, because it takes long; the next step does it first where nobody has.
+    """
 
     send: bytes
     next_due_us: int
     events: tuple[Event, ...]
+    afterwards: Callable[[], None] | None = None

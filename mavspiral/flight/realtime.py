@@ -34,7 +34,9 @@ _AWAKE_OF_WAIT = 20
 class Machine(Protocol):
     """What can be driven: a flight, an upload."""
 
-    outcome: Outcome | None
+    @property
+    def outcome(self) -> Outcome | None:
+        """How it ended; None as long as it goes on."""
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received`; what to send, and when to call again."""
@@ -82,6 +84,8 @@ def drive(
             step = session.step(now_us(), received)
             try:
                 transport.send(step.send)
+                if step.afterwards is not None:
+                    step.afterwards()
                 if on_step is not None and told is None:
                     try:
                         on_step(session, step)

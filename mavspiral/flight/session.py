@@ -1,7 +1,7 @@
 """One flight as a state machine: `step(now_us, received) -> Step(send, next_due_us, events)`.
 
 No socket, no clock: whoever drives it brings both, so that the same bytes fly a simulated vehicle in lockstep
-and a real one over a radio. The course of the flight is a table (`course`); this is what turns it. Beside it,
+and a real one over a radio. The course of the flight is a table (`course`), and the `helm` turns it along that. Beside it,
 it is watched at every step (`watch`), and the pilot may have wishes (`wishes`). ACKs are only reported; the HEARTBEAT decides.
 """
 
@@ -11,14 +11,13 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from mavspiral.arrays import FloatArray
-from mavspiral.errors import LimitError, LinkError, MavspiralError
+from mavspiral.errors import LimitError
 from mavspiral.flight.alignment import Alignment
-from mavspiral.flight.course import COURSE, Late, Row, diverted
-from mavspiral.flight.failsafes import left_as_set
 from mavspiral.flight.flight_log import Event, FlightLog
+from mavspiral.flight.helm import Helm
 from mavspiral.flight.link import Link
 from mavspiral.flight.listening import Listener
-from mavspiral.flight.messages import Command, CommandAck, GpsFix, ImageCaptured, LocalPosition, Origin
+from mavspiral.flight.messages import CommandAck, GpsFix, ImageCaptured, LocalPosition, Origin
 from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.px4 import PX4
@@ -28,8 +27,8 @@ from mavspiral.flight.signing import Signer
 from mavspiral.flight.situation import Route, Situation, WayHome
 from mavspiral.flight.streamer import Streamer
 from mavspiral.flight.telemetry import TelemetryRequest
-from mavspiral.flight.watch import Finding, Watch, link_lost
-from mavspiral.flight.wishes import ALREADY, REPLIES, Wish
+from mavspiral.flight.watch import Watch, link_lost
+from mavspiral.flight.wishes import Wish
 from mavspiral.frames import LocalFrame
 from mavspiral.motion.trajectory import Trajectory
 
@@ -68,20 +67,18 @@ class Session:
         tap: Callable[[int, bytes], None] | None = None,
         signer: Signer | None = None,
     ) -> None:
-        self.state = State.CONNECT
-        self.outcome: Outcome | None = None
         config = config or SessionConfig()
         link = Link(tap, signer)
         first = profiles[0]
         s = self._s = Situation(route, way_home, frame, config, first, link, TelemetryRequest(first))
         s.alignment = None if align_at_enu_m is None else Alignment(align_at_enu_m)
         s.awaited = " or ".join(profile.name for profile in profiles)
-        self._row = COURSE[State.CONNECT]
         self._out: list[bytes] = []
         self._streamer = Streamer(s)
         self._shutter = None if shots is None else Shutter(s, shots)
         self._heartbeats = Schedule(_HEARTBEAT_US)
         self._watch = Watch(s, self._out.append)
+        self._helm = Helm(s, self._watch, self._out.append)
         told: dict[type, Callable[[Any], None]] = {
             LocalPosition: self._watch.doubts.moved,
             GpsFix: self._watch.doubts.fixed,
@@ -92,39 +89,37 @@ class Session:
         self._begun = False
         self._told_n = 0
         self._wish: Wish | None = None
-        self._held = State.STREAM
-        self._ask_due_us = 0
-        self._failure: str | None = None
 
     def step(self, now_us: int, received: bytes) -> Step:
         """Take in `received` at `now_us`; what to send now, and by when to call again at the latest."""
-        s, out = self._s, self._out
+        s, out, helm = self._s, self._out, self._helm
+        heartbeats, setpoints = self._heartbeats, self._streamer.schedule
         s.now_us = s.link.now_us = now_us
         if not self._begun:
             self._begin()
+        if helm.ahead is not None:
+            helm.settle()
         self._listener.take_in(received)
-        if self._wish is not None and self.outcome is None:
-            wish, self._wish = self._wish, None
-            self._obey(wish)
-        while self.outcome is None and (finding := self._watch.finds(self.state, self._row)) is not None:
-            self._act_on(finding)
-        if self.outcome is None:
-            self._turn()
-        if self._streamer.schedule.take(now_us):
+        if helm.outcome is None:
+            if self._wish is not None:
+                wish, self._wish = self._wish, None
+                helm.obey(wish)
+            helm.look_out()
+            helm.turn()
+        if setpoints.take(now_us):
             self._tick()
-        if self._heartbeats.take(now_us):
+        if heartbeats.take(now_us):
             out.append(s.link.heartbeat())
             if s.clock.rate > _FAST:  # its failsafes count seconds of its own
-                self._heartbeats.due_us = min(
-                    self._heartbeats.due_us, now_us + round(_HEARTBEAT_US / s.clock.rate)
-                )
-        send = out[0] if len(out) == 1 else b"".join(out)
+                heartbeats.due_us = min(heartbeats.due_us, now_us + round(_HEARTBEAT_US / s.clock.rate))
+        send = b"".join(out)
         out.clear()
         events: tuple[Event, ...] = ()
         if len(s.events) > self._told_n:
             events = tuple(s.events[self._told_n :])
             self._told_n += len(events)
-        return Step(send, min(self._streamer.schedule.due_us, self._heartbeats.due_us), events)
+        afterwards = None if helm.ahead is None else helm.settle
+        return Step(send, min(setpoints.due_us, heartbeats.due_us), events, afterwards)
 
     def stop(self) -> None:
         """Ask for an end, from any thread or signal: hold in the air; asked again, fly home.
@@ -136,6 +131,16 @@ class Session:
     def wish(self, wish: Wish) -> None:
         """Ask for something, from any thread or signal; the next step acts on it."""
         self._wish = wish
+
+    @property
+    def state(self) -> State:
+        """Where on its course the flight is."""
+        return self._helm.state
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How it ended; None as long as it goes on."""
+        return self._helm.outcome
 
     @property
     def question(self) -> str:
@@ -164,7 +169,7 @@ class Session:
     def link_broke(self, reason: str) -> None:
         """The link is gone for good, says whoever drives us."""
         if self.outcome is None:
-            self._act_on(link_lost(self._s, self._row, reason))
+            self._helm.act_on(link_lost(self._s, self._helm.row, reason))
 
     @property
     def profile(self) -> Profile:
@@ -238,115 +243,16 @@ class Session:
         self._streamer.schedule.start(now_us)
         self._heartbeats.start(now_us)
         self._watch.begin(now_us)
-        self._enter(State.CONNECT)
-
-    def _obey(self, wish: Wish) -> None:
-        if self.state is State.RESTORE:
-            self._enter(State.OVER)
-        elif self._row.modes is None:
-            self._conclude("stopped before take-off")
-        elif self.state is State.HOLD and wish is Wish.GO_ON:
-            self._go_on()
-        elif (reply := REPLIES.get((self.state, wish))) is None:
-            self._s.tell("warning", ALREADY.get(self.state, "nothing to be done about that now"))
-        elif reply[1] is State.HOLD:
-            self._held = self.state
-            self._s.tell("warning", reply[0])
-            self._enter(State.HOLD)
-        else:
-            self._give_up(*reply)
-
-    def _go_on(self) -> None:
-        """Where it was stopped: the follower has kept its place."""
-        self.state, self._row = self._held, COURSE[self._held]
-        self._s.entered_us = self._ask_due_us = self._s.now_us
-        self._s.tell("info", f"going on: {self.state.value}")
-
-    def _act_on(self, finding: Finding) -> None:
-        if finding.then is None:
-            self._conclude(finding.reason, finding.exit_code)
-        else:
-            self._give_up(finding.reason, finding.then)
-
-    def _turn(self) -> None:
-        """Go as far along the course as it lets us, then ask for what the present state needs."""
-        s = self._s
-        try:
-            while self.outcome is None and self._row.done(s):
-                self._enter(self._row.then)
-        except MavspiralError as refusal:
-            if self._row.modes is None:
-                self._conclude(str(refusal), refusal.exit_code)
-            else:
-                self._give_up(f"{refusal}; landing", State.LAND)
-        if self.outcome is None and (s.now_us - s.entered_us) * 1e-6 > self._row.within_s:
-            self._too_late(self._row)
-        ask = self._row.ask
-        if self.outcome is None and ask is not None and s.now_us >= self._ask_due_us:
-            self._ask_due_us = s.now_us + round(self._row.ask_every_s * 1e6)
-            self._out.append(ask(s))
+        self._helm.begin()
 
     def _tick(self) -> None:
         """The setpoint that is due, and what camera and gimbal are told with it."""
-        s, row = self._s, self._row
+        s, row, goes_on = self._s, self._helm.row, self._helm.outcome is None
         if s.to_vehicle is None or row.modes is None:
             return
-        streams = self.outcome is None and row.streams
+        streams = goes_on and row.streams
         if row.may_disarm and s.vehicle.mode != s.profile.follow.custom_mode:
             streams = False  # on its way down the vehicle has left the mode that follows
         self._out.append(self._streamer.tick(streams=streams, moves=row.moves))
-        if self._shutter is not None and self.outcome is None:
+        if self._shutter is not None and goes_on:
             self._out.append(self._shutter.tick())
-
-    def _too_late(self, row: Row) -> None:
-        words = row.words(self._s)
-        if row.late is Late.GO_ON:
-            self._s.tell("warning", words)
-            self._enter(row.then)
-        elif row.late is Late.COME_DOWN:
-            self._give_up(words, State.LAND)
-        else:
-            self._conclude(words, LinkError.exit_code if row.late is Late.NOBODY else LimitError.exit_code)
-
-    def _enter(self, state: State) -> None:
-        s = self._s
-        state = diverted(self.state, state, s)
-        if state is State.ARM and s.config.dry_run:
-            self._conclude("dry run: all but arming went well", 0)
-        elif state is State.OVER:
-            self._end()
-        else:
-            self.state, self._row = state, COURSE[state]
-            s.entered_us = self._ask_due_us = s.now_us
-            self._watch.entered(self._row)
-            if self._row.enter is not None:
-                self._row.enter(s)
-            s.tell("info", state.value)
-
-    def _end(self) -> None:
-        """The course is at its end."""
-        if self.state is State.HAND_OVER:
-            self._conclude(f"handed over: it holds in {self._s.profile.hold.name}; change its mode to fly it")
-            return
-        self.state = State.LAND  # where the flight ended
-        if self._failure is None:
-            self._conclude("flown, landed, disarmed", 0)
-        else:
-            self._conclude(f"landed, disarmed ({self._failure})")
-
-    def _give_up(self, reason: str, state: State) -> None:
-        """Go on with `state` as best it can; where that is refused, land."""
-        self._s.tell("error", reason)
-        self._failure = f"{self._failure}; {reason}" if self._failure else reason
-        try:
-            self._enter(state)
-        except MavspiralError as refusal:
-            self._give_up(f"{refusal}; landing", State.LAND)
-
-    def _conclude(self, reason: str, exit_code: int = 1) -> None:
-        self._s.tell("error" if exit_code else "info", reason)
-        if (left := left_as_set(self._s)) is not None:
-            self._s.tell("warning", left)
-        if self.state is State.ARM and exit_code and self._s.link.vehicle is not None:
-            self._out.append(self._s.link.command(Command.COMPONENT_ARM_DISARM, 0.0))  # it may yet obey
-        self.outcome = Outcome(exit_code == 0, self.state, reason, exit_code)

@@ -11,7 +11,7 @@ from mavspiral.arrays import FloatArray
 from mavspiral.flight.flight_log import Event
 from mavspiral.flight.follower import Follower
 from mavspiral.flight.link import Link
-from mavspiral.flight.messages import Command, Origin, Result
+from mavspiral.flight.messages import Command, Origin, Result, Triple
 from mavspiral.flight.outcome import SessionConfig
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.reference import Reference
@@ -48,6 +48,7 @@ class Situation:
         awaited: the autopilots that it may be, in words.
         overheard: MAV_AUTOPILOT of others that were heard instead.
         origin: the origin that `to_vehicle` was made from.
+        begins_enu_m: where the trajectory does, above home.
         follower: what is being flown, from pre-stream on.
         consented: whether the config's question was answered with yes.
         alignment: where the vehicle is said to stand, and what came of it; None where the plan lies as it is.
@@ -71,6 +72,7 @@ class Situation:
     origin: Origin | None = None
     to_vehicle: RigidMap | None = None
     trajectory: Trajectory | None = None
+    begins_enu_m: Triple = (math.nan, math.nan, math.nan)
     leg_begins_s: tuple[float, ...] = ()
     inspection_ends_s: float = math.nan
     awaited: str = ""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import bisect
 import math
+from bisect import bisect_right
 
 from mavspiral.flight.flight_log import NO_LEG, Recorder
 from mavspiral.flight.follower import Follower
@@ -32,40 +32,37 @@ class Streamer:
     def tick(self, *, streams: bool, moves: bool) -> bytes:
         """The setpoint of this moment; nothing unless something `streams`. Path time runs if it `moves`."""
         s = self._s
-        vehicle_us = s.clock.at(s.now_us)
-        follower = s.follower
+        now_us, follower, schedule = s.now_us, s.follower, self.schedule
+        vehicle_us = s.clock.at(now_us)
         if follower is None or not streams:
-            self.schedule.paused()
-            self.recorder.row(s.now_us, vehicle_us, NO_LEG, _NO_PACE, None, s.vehicle)
+            schedule.paused()
+            self.recorder.row(now_us, vehicle_us, NO_LEG, _NO_PACE, None, s.vehicle)
             return b""
-        fresh = s.now_us - s.local_us < _FRESH_US
+        holds = not moves or now_us - s.local_us >= _FRESH_US
         longest_s = _LONGEST_ADVANCE_S * max(1.0, s.clock.rate)
-        setpoint = follower.advance(vehicle_us, longest_s=longest_s, hold=not (fresh and moves))
+        setpoint = follower.advance(vehicle_us, longest_s=longest_s, hold=holds)
         path_t_s, rate, _ = follower.pace
         if follower.reference is not s.reference:
             path_t_s = math.nan
-        else:
-            self._tell_leg(path_t_s)
+        elif (leg := bisect_right(s.leg_begins_s, path_t_s) - 1) != self._leg:
+            self._tell_leg(leg)
         if moves and (rate == 0.0 or self._stands):
             self._tell_pace(follower)
-        pace = path_t_s, rate
-        self.recorder.row(s.now_us, vehicle_us, self._leg, pace, follower.due, s.vehicle)
-        if (gap_s := self.schedule.sent(s.now_us)) > _STALL_S:
+        self.recorder.row(now_us, vehicle_us, self._leg, (path_t_s, rate), follower.due, s.vehicle)
+        if (gap_s := schedule.sent(now_us)) > _STALL_S:
             s.tell("warning", f"no setpoint went out for {gap_s:.2f} s")
+        profile = s.profile
         return s.link.setpoint(
             int(vehicle_us / 1000),
             setpoint,
-            type_mask=s.profile.type_mask,
-            coordinate_frame=s.profile.coordinate_frame,
+            type_mask=profile.type_mask,
+            coordinate_frame=profile.coordinate_frame,
         )
 
-    def _tell_leg(self, path_t_s: float) -> None:
-        s = self._s
-        assert s.trajectory is not None
-        leg = bisect.bisect_right(s.leg_begins_s, path_t_s) - 1
-        if leg != self._leg:
-            self._leg = leg
-            s.tell("info", f"leg {s.trajectory.legs[leg].name}")
+    def _tell_leg(self, leg: int) -> None:
+        assert self._s.trajectory is not None
+        self._leg = leg
+        self._s.tell("info", f"leg {self._s.trajectory.legs[leg].name}")
 
     def _tell_pace(self, follower: Follower) -> None:
         if not self._stands and follower.pace.rate == 0.0:

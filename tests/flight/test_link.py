@@ -18,6 +18,7 @@ from mavspiral.flight.messages import (
     Target,
     TypeMask,
 )
+from mavspiral.flight.mission_messages import MissionItem
 
 TARGET = Target((1.5, -2.25, -30.125), (3.0, 0.5, -0.25), (0.1, -0.2, 0.3), -3.0, 0.25)
 
@@ -71,6 +72,43 @@ def test_a_setpoint_is_pymavlink_s_byte_for_byte(target, mask, frame):
         assert link.setpoint(
             4_000_000_000, flat(target), type_mask=mask, coordinate_frame=frame
         ) == message.pack(theirs)
+        theirs.seq += 1
+
+
+def test_every_other_frame_is_pymavlink_s_byte_for_byte():
+    link, theirs = paired(), vehicle(system=245, component=191)
+    item = MissionItem(3, 16, 6, (0.5, math.nan, 0.0, 1.5), 194339000, -991406000, 25.5, True, 0)
+    for message, ours in (
+        (mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3), link.heartbeat()),
+        (
+            mavlink.MAVLink_command_long_message(1, 1, 22, 0, 1.0, math.nan, 0, 0, 0, 0, 0),
+            link.command(Command.NAV_TAKEOFF, 1.0, math.nan),
+        ),
+        (
+            mavlink.MAVLink_command_long_message(1, 100, 2000, 0, 0, 0, 1, 7, 0, 0, 0),
+            link.command(Command.IMAGE_START_CAPTURE, 0.0, 0.0, 1.0, 7.0, component=100),
+        ),
+        (
+            mavlink.MAVLink_param_request_read_message(1, 1, b"COM_OF_LOSS_T", -1),
+            link.parameter_request("COM_OF_LOSS_T"),
+        ),
+        (
+            mavlink.MAVLink_param_set_message(1, 1, b"RTL_RETURN_ALT", 31.5, 9),
+            link.parameter_set("RTL_RETURN_ALT", 31.5, 9),
+        ),
+        (mavlink.MAVLink_mission_count_message(1, 1, 500, 2), link.mission_count(500, 2)),
+        (mavlink.MAVLink_mission_write_partial_list_message(1, 1, 3, 9, 0), link.mission_part(3, 9, 0)),
+        (
+            mavlink.MAVLink_mission_item_int_message(
+                1, 1, 3, 6, 16, 0, 1, 0.5, math.nan, 0.0, 1.5, 194339000, -991406000, 25.5, 0
+            ),
+            link.mission_item(item),
+        ),
+        (mavlink.MAVLink_mission_request_list_message(1, 1, 1), link.mission_list_request(1)),
+        (mavlink.MAVLink_mission_request_int_message(1, 1, 260, 1), link.mission_request(260, 1)),
+        (mavlink.MAVLink_mission_ack_message(1, 1, 0, 1), link.mission_ack(1)),
+    ):
+        assert ours == message.pack(theirs), message
         theirs.seq += 1
 
 

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
-from fake_flight import make_session, split
+from fake_flight import make_session, split, way_home
 
 from mavspiral.errors import InputError, LinkError
 from mavspiral.flight import transports
@@ -76,9 +76,10 @@ class Wire:
 
     def __init__(self, px4):
         self.px4, self.now_us, self._frames = px4, 1_000_000, []
+        self.sent_us = 0
 
     def send(self, data):
-        self._frames = split(data)
+        self._frames, self.sent_us = split(data), self.now_us
 
     def receive(self, timeout_s):
         self.now_us += 20_000
@@ -103,6 +104,24 @@ def test_whoever_watches_cannot_end_a_flight(px4, error, raised):
         drive(session, wire, watch, now_us=lambda: wire.now_us)
     assert session.outcome.ok and not px4.armed
     assert len(shown) == 1, "it is not asked again"
+
+
+def test_the_way_home_is_planned_once_the_setpoint_that_was_due_has_gone(px4):
+    wire, planned = Wire(px4), []
+
+    def slow_way_home(*places):
+        planned.append(wire.sent_us == wire.now_us)
+        return way_home(*places)
+
+    session = make_session(way_home=slow_way_home)
+
+    def calls_home(session, step):
+        if session.state is State.STREAM and session.path_t_s > 20:
+            session.wish(Wish.GO_HOME)
+
+    drive(session, wire, calls_home, now_us=lambda: wire.now_us)
+    assert planned == [True]
+    assert session.outcome.reason == "landed, disarmed (stopped by the user; flying home)" and not px4.armed
 
 
 def test_while_it_flies_nothing_is_collected_and_other_threads_give_way_soon():

@@ -1,9 +1,10 @@
 """What a pilot may wish in flight, and the word before it."""
 
 import pytest
-from fake_flight import fly, make_session
+from fake_flight import fly, make_session, split
 
-from mavspiral.flight.messages import Command
+from mavspiral.errors import LimitError
+from mavspiral.flight.messages import Command, MessageId
 from mavspiral.flight.outcome import SessionConfig, State
 from mavspiral.flight.wishes import Wish
 
@@ -18,11 +19,13 @@ def flown_until(session, px4, path_t_s):
     fly(session, px4, until=lambda: session.path_t_s > path_t_s)
 
 
+def setpoints_in(sent):
+    return sum(frame[7] == MessageId.SET_POSITION_TARGET_LOCAL_NED for frame in split(sent))
+
+
 def on(session, px4, until=None, limit_s=600.0):
     """Go on from where the last `fly` ended."""
     now_us, received = px4.track[-1][0], b""
-    from fake_flight import split
-
     for _ in range(int(limit_s * 50)):
         now_us += 20_000
         sent = session.step(now_us, received).send
@@ -79,6 +82,33 @@ def test_called_home_at_once_it_does_not_wait_for_anybody(px4):
     on(session, px4)
     assert session.outcome.reason == "landed, disarmed (stopped by the user; flying home)"
     assert State.HOLD.value not in texts(session) and not px4.armed
+
+
+def test_what_nobody_has_done_afterwards_the_next_step_does_first(px4):
+    session = make_session()
+    flown_until(session, px4, 30.0)
+    session.wish(Wish.GO_HOME)
+    now_us, received, step = px4.track[-1][0], b"", None
+    while step is None or step.afterwards is None:
+        now_us += 20_000
+        step = session.step(now_us, received)
+        received = b"".join(px4.step(now_us, split(step.send)))
+    assert session.state is State.BRAKE and setpoints_in(step.send) == 1
+    again = session.step(now_us + 20_000, received)
+    assert session.state is State.RETURN and again.afterwards is None and setpoints_in(again.send) == 1
+    step.afterwards()
+    assert texts(session).count(State.RETURN.value) == 1, "what is done is done once"
+
+
+def test_where_no_way_home_is_found_afterwards_it_lands(px4):
+    def nowhere(*places):
+        raise LimitError("walls on all sides")
+
+    session = make_session(way_home=nowhere)
+    flown_until(session, px4, 30.0)
+    session.wish(Wish.GO_HOME)
+    on(session, px4)
+    assert "walls on all sides; landing" in session.outcome.reason and not px4.armed
 
 
 def test_on_the_way_home_it_can_be_held_and_go_on(px4):

@@ -83,7 +83,10 @@ def flown(
     now_us, sent, pilot, truth_ned_m = 0, b"", (), []
     while session.outcome is None and now_us < limit_s * 1e6:
         said = simulator.exchange(now_us, (up(now_us, sent), *pilot))[0]
-        sent = session.step(now_us, down(now_us, said)).send
+        step = session.step(now_us, down(now_us, said))
+        sent = step.send
+        if step.afterwards is not None:
+            step.afterwards()
         if each is not None:
             pilot = (each(now_us, session, (up, down)) or b"",)
         session.approve()
