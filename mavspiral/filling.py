@@ -9,6 +9,7 @@ import numpy as np
 from mavspiral.arrays import FloatArray
 from mavspiral.brief import camera_of, limits_of, pace_of, room_of, sharpness_of
 from mavspiral.errors import LimitError
+from mavspiral.headway import Headway, to_nobody, within
 from mavspiral.inspection import Inspection
 from mavspiral.motion.limits import Limits
 from mavspiral.pieces.filler import WORTH_SHARE, Filler
@@ -29,7 +30,7 @@ JOINABLE_M = 0.1
 """A fill keeps so much more than the clearance of the transits that join it."""
 
 
-def with_seeable(inspection: Inspection, ways: Ways) -> Inspection:
+def with_seeable(inspection: Inspection, ways: Ways, headway: Headway = to_nobody) -> Inspection:
     """The inspection with what any safe pose could see."""
     mission = inspection.mission
     coverage = with_best_poses(
@@ -39,11 +40,12 @@ def with_seeable(inspection: Inspection, ways: Ways) -> Inspection:
         camera_of(mission),
         room_of(mission, ways.clearance_m),
         roofs=mission.inspection.roof,
+        headway=headway,
     )
     return replace(inspection, coverage=coverage)
 
 
-def filled(plain: Inspection, ways: Ways) -> Inspection:
+def filled(plain: Inspection, ways: Ways, headway: Headway = to_nobody) -> Inspection:
     """The inspection, which knows what is seeable, with a pass more for each gap that is worth one.
 
     In the paper's mode, which is there for comparison, nothing is added.
@@ -53,8 +55,10 @@ def filled(plain: Inspection, ways: Ways) -> Inspection:
         return plain
     pace = pace_of(mission, camera_of(mission), limits_of(mission))
     filler = _filler(plain, ways, pace)
-    for _ in range(ROUNDS):
-        pieces = filler.pieces(inspection.coverage, first=made + 1)
+    for number in range(ROUNDS):
+        looking = within(headway, number / ROUNDS, (number + 0.5) / ROUNDS)
+        surveying = within(headway, (number + 0.5) / ROUNDS, (number + 1) / ROUNDS)
+        pieces = filler.pieces(inspection.coverage, made + 1, looking)
         made += len(pieces)
         if not pieces:
             break
@@ -64,7 +68,13 @@ def filled(plain: Inspection, ways: Ways) -> Inspection:
             break
         before = inspection.coverage
         shots, coverage = survey_of(
-            mission, plain.site, joined.passes, joined.trajectory, before.patches, before.best_pose
+            mission,
+            plain.site,
+            joined.passes,
+            joined.trajectory,
+            before.patches,
+            before.best_pose,
+            surveying,
         )
         if _seen(coverage) < _seen(before) + WORTH_SHARE:
             break

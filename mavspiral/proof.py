@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mavspiral.brief import camera_of, demand_of, limits_of
 from mavspiral.errors import LimitError
+from mavspiral.headway import Headway, to_nobody
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.shape.heightmap import Site
@@ -123,8 +124,12 @@ def survey_of(
     trajectory: Trajectory,
     patches: Patches,
     best_pose: NDArray[np.int64] | None = None,
+    headway: Headway = to_nobody,
 ) -> tuple[Shots, Coverage]:
-    """The shots of a trajectory along these passes, and what they show of the patches, whose best poses may be known."""
+    """The shots of a trajectory along these passes, and what they show of the patches, whose best poses may be known.
+
+    `headway` is told how many of the shots have been looked through.
+    """
     camera = camera_of(mission)
     shots = shots_of(
         trajectory,
@@ -132,7 +137,7 @@ def survey_of(
         standoffs_m=[part.standoff_m for part in passes],
         side_overlap=mission.inspection.side_overlap,
     )
-    return shots, measure_coverage(patches, shots, site, camera, demand_of(mission), best_pose)
+    return shots, measure_coverage(patches, shots, site, camera, demand_of(mission), best_pose, headway)
 
 
 def _remedy(certificate: Certificate) -> str:

@@ -51,7 +51,10 @@ def fill_holes(
         left, top, wide, high = (int(v) for v in stats[label, :4])
         box = slice(max(0, top - 1), top + high + 1), slice(max(0, left - 1), left + wide + 1)
         hole = labels[box] == label
-        edge = cv2.dilate(hole.astype(np.uint8), np.ones((3, 3), dtype=np.uint8)).astype(np.bool_) & standing[box]
+        edge = (
+            cv2.dilate(hole.astype(np.uint8), np.ones((3, 3), dtype=np.uint8)).astype(np.bool_)
+            & standing[box]
+        )
         filled_m[box][hole] = surface_m[box][edge].max()
     reach = SPAN_M / cell_m
     away = cv2.distanceTransform((~standing).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
@@ -82,7 +85,9 @@ def gaps_told(
     hole_m2 = np.count_nonzero(known & ~measured & building) * cell_m**2
     told = []
     if hole_m2 > 0.0:
-        told.append(f"{hole_m2:.1f} m² of the building was not measured and is taken to be as high as what is beside it")
+        told.append(
+            f"{hole_m2:.1f} m² of the building was not measured and is taken to be as high as what is beside it"
+        )
     beside_m = len(row) * cell_m
     if share <= 0.005 and beside_m <= SMALL_M:
         return tuple(told)

@@ -48,7 +48,9 @@ def test_no_place_is_nearer_to_the_house_than_to_what_the_map_says_of_it(turn_de
     assert np.array_equal(filled_m[~np.isnan(surface_m)], surface_m[~np.isnan(surface_m)])
 
     def away_m(standing):
-        return CELL_M * cv2.distanceTransform((~standing).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        return CELL_M * cv2.distanceTransform(
+            (~standing).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE
+        )
 
     told_m, true_m = away_m(filled_m > 1.5), away_m(own)
     far = true_m > 6.0
@@ -88,7 +90,10 @@ def test_a_stripe_without_data_does_not_cut_a_building_in_two(tmp_path, classifi
         (),
     )
     assert np.count_nonzero(answer.site.building) == pytest.approx(np.count_nonzero(own), rel=0.01)
-    assert "of the building was not measured and is taken to be as high as what is beside it" in answer.warnings[0]
+    assert (
+        "of the building was not measured and is taken to be as high as what is beside it"
+        in answer.warnings[0]
+    )
 
 
 def test_where_a_piece_may_be_hidden_is_said():
