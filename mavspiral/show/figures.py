@@ -125,7 +125,7 @@ def _in_space(
 ) -> None:
     from matplotlib.colors import to_rgba
 
-    scene = Scene(site)
+    scene = Scene(site, azimuth_deg=skin.azimuth_deg())
     skin.draw(axes, scene)
     strength = 0.5 if flown else 1.0
     rgba = np.where(on_spiral[:, None], to_rgba(PLANNED, strength), to_rgba(TRANSIT, 0.8))
