@@ -18,7 +18,7 @@ from mavspiral.shape.height_grid import component_at, neighbourhood, site_about
 from mavspiral.shape.site_map import MapRequest, SiteMap
 from mavspiral.shape.unmeasured import fill_holes, gaps_told
 
-__all__ = ["close_pinholes", "plane_through", "rim_plane", "site_from_survey"]
+__all__ = ["STANDING_MIN_M", "close_pinholes", "plane_through", "rim_plane", "site_from_survey"]
 
 STANDING_MIN_M = 1.5
 """Lower things in a survey are cars, hedges and noise: obstacles, but no building."""
@@ -79,9 +79,8 @@ def site_from_survey(
     height_m[level] = 0.0
 
     cut = neighbourhood(building, cell_m)
-    height_m, building, above_m, measured, known = (
-        grid[cut] for grid in (height_m, building, above_m, measured, known)
-    )
+    height_m, building, above_m = height_m[cut], building[cut], above_m[cut]
+    measured, known = measured[cut], known[cut]
     corner_m = south_west_m + np.array([cut[1].start, cut[0].start]) * cell_m
     hill_m = float(height_m[(np.abs(above_m) <= GROUND_NOISE_M) & ~building].max(initial=0.0))
     if hill_m > 0.0:
