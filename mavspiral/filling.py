@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.brief import camera_of, limits_of, pace_of, room_of, sharpness_of
@@ -22,7 +23,7 @@ from mavspiral.tour.passes import Pass, flown_in_order, tour_of
 from mavspiral.tour.route import route_of
 from mavspiral.tour.transit import MARGIN_M, Ways
 
-__all__ = ["filled", "flyable", "with_seeable"]
+__all__ = ["filled", "flyable", "unasked_courts", "with_seeable"]
 
 ROUNDS = 2
 """Fills are looked for, flown and measured so often at the most: a plan with gaps costs so many more proofs and surveys."""
@@ -97,6 +98,13 @@ def flyable(inspection: Inspection, plain: Inspection) -> Inspection:
         return replace(plain, warnings=(*plain.warnings, told))
 
 
+def unasked_courts(inspection: Inspection) -> NDArray[np.bool_]:
+    """Which cells `(rows, cols)` are in courtyards, if nobody asked for these."""
+    building = inspection.site.building
+    asked = inspection.mission.inspection.courtyards
+    return np.zeros_like(building) if asked else enclosed_ground(building)
+
+
 def _filler(inspection: Inspection, ways: Ways, pace: Limits) -> Filler:
     """What fills the gaps of this inspection: within its band, and not inside courtyards unasked."""
     mission, site = inspection.mission, inspection.site
@@ -109,7 +117,7 @@ def _filler(inspection: Inspection, ways: Ways, pace: Limits) -> Filler:
     )
     return Filler(
         site,
-        np.zeros_like(site.building) if asked.courtyards else enclosed_ground(site.building),
+        unasked_courts(inspection),
         ways.solids,
         camera,
         wished,

@@ -20,7 +20,7 @@ from mavspiral.brief import (
     sharpness_of,
     with_keepouts,
 )
-from mavspiral.filling import filled, flyable, with_seeable
+from mavspiral.filling import filled, flyable, unasked_courts, with_seeable
 from mavspiral.headway import within
 from mavspiral.inspection import Inspection
 from mavspiral.mission import Mission
@@ -120,6 +120,7 @@ def _unseen(inspection: Inspection, pace: Limits) -> tuple[str, ...]:
         narrow_m=2 * (mission.inspection.standoff_m + pace.speed_mps**2 / pace.acceleration_mps2),
         room=room_of(mission, inspection.clearance_required_m),
         roofs=mission.inspection.roof,
+        closed=unasked_courts(inspection),
     )
 
 

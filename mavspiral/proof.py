@@ -103,11 +103,16 @@ def judge_limits(mission: Mission, site: Site, trajectory: Trajectory, certifica
 
 
 def judge_sight(mission: Mission, coverage: Coverage) -> None:
-    """Refuses a plan that sees no wall at all.
+    """Refuses a plan that sees no wall at all, or has none to see.
 
     Raises:
         LimitError: with what a pixel is, and what would do.
     """
+    if math.isnan(coverage.walls) and not (mission.inspection.roof and mission.camera.gimbal):
+        raise LimitError(
+            f"{mission.name}: the building has no wall of its own to be seen: all that stands around it is as high. "
+            "Fix: another [building] at or id, a map that tells the building from what stands beside it, or roof = true"
+        )
     if coverage.walls == 0.0:
         quality, standoff_m = mission.quality, mission.inspection.standoff_m
         raise LimitError(
@@ -147,6 +152,8 @@ def _remedy(certificate: Certificate) -> str:
     if near.ok:
         return elsewhere
     kept_m = math.floor(10.0 * near.worst) / 10.0
+    if kept_m <= 0.0:
+        return elsewhere
     return (
         f"a required clearance of {kept_m:.1f} m (now {near.allowed:.1f} m; [limits] clearance_m, or what the vehicle and its "
         f"errors take) is what this plan keeps; or {elsewhere}"
