@@ -31,7 +31,9 @@ from mavspiral.shape.readers import read_site
 from mavspiral.survey.patches import patches_of
 from mavspiral.survey.unseen import unseen_lines
 from mavspiral.tour.passes import flown_in_order, tour_of
+from mavspiral.tour.retreat import comes_down_aside
 from mavspiral.tour.route import route_of, ways_of
+from mavspiral.tour.transit import Ways
 
 __all__ = ["STAGES", "OnStage", "plan", "to_nobody"]
 
@@ -40,6 +42,8 @@ STAGES = ("map", "curve", "timing", "transits", "certificate", "coverage")
 
 SURVEYED, JUDGED = 0.3, 0.5
 """Shares of the coverage's headway: what is seen, and what could be; the rest is for gaps."""
+
+BLIND_GRID_S = 2.0
 
 OnStage = Callable[[str, float], None]
 """Is told which of `STAGES` is worked on, and which share of it is done: 1 when it is."""
@@ -106,7 +110,22 @@ def plan(mission: Mission, on_stage: OnStage = to_nobody) -> Inspection:
     plain = with_seeable(draft, ways, within(headway, SURVEYED, JUDGED))
     inspection = flyable(filled(plain, ways, within(headway, JUDGED, 1.0)), plain)
     watch.lap("coverage")
-    return replace(inspection, warnings=(*inspection.warnings, *_unseen(inspection, pace)))
+    told = (*inspection.warnings, *_blind(inspection, ways), *_unseen(inspection, pace))
+    return replace(inspection, warnings=told)
+
+
+def _blind(inspection: Inspection, ways: Ways) -> tuple[str, ...]:
+    """In words for how long it would come down on a roof, were its position lost."""
+    states, site = inspection.trajectory.sampled(BLIND_GRID_S), inspection.site
+    over = states.position_enu_m[site.heights.sample(states.position_enu_m) > 0.0]
+    inside = [place for place in over if not comes_down_aside(ways.solids, place)]
+    if not inside:
+        return ()
+    first = site.heights.frame.geo_point(inside[0])
+    return (
+        f"for some {BLIND_GRID_S * len(inside):.0f} s of {states.t_s[-1]:.0f} s it is over a roof that it would come down on if it lost its "
+        f"position there, first at lat {first.lat_deg:.6f}, lon {first.lon_deg:.6f}",
+    )
 
 
 def _unseen(inspection: Inspection, pace: Limits) -> tuple[str, ...]:

@@ -91,5 +91,7 @@ def test_a_courtyard_that_nobody_asked_for_is_named(trial, camera):
     ring = [(20, 20, 40, 24, 10), (20, 36, 40, 40, 10), (20, 24, 24, 36, 10), (36, 24, 40, 36, 10)]
     shots, demand = all_round(trial, 5), Demand(0.01, math.radians(60), 1)
     told = lines(trial, camera, shots, demand, building=ring, closed=enclosed_ground)
-    assert any("in a courtyard, which courtyards = false leaves alone; all sides" in line for line in told), told
+    assert any("in a courtyard, which courtyards = false leaves alone; all sides" in line for line in told), (
+        told
+    )
     assert not any("courtyard" in line for line in lines(trial, camera, shots, demand, building=ring))
