@@ -130,11 +130,12 @@ def simulate(
     from mavspiral.closedloop import simulate as fly_simulated
     from mavspiral.deliver import write_flight
     from mavspiral.files import try_folder
+    from mavspiral.planner import STAGES
     from mavspiral.show.rows import flight_rows
 
     brief = _load(mission)
     folder = try_folder(_folder(out, brief))
-    with failures_as_json(brief, as_json):
+    with failures_as_json(brief, as_json), stage_bar(STAGES, as_json) as on_stage:
         flight = fly_simulated(
             brief,
             seed=seed,
@@ -144,6 +145,7 @@ def simulate(
             autopilot=autopilot_named(autopilot),
             via=via,
             set_failsafes=set_failsafes,
+            on_stage=on_stage,
         )
     summary = flight.summary()
     summary["files"] = write_flight(flight, folder, summary)
@@ -188,6 +190,7 @@ def fly(
     from mavspiral.flight.signing import read_key
     from mavspiral.flight.transports import judge_url
     from mavspiral.live import fly as fly_live
+    from mavspiral.planner import STAGES
     from mavspiral.planner import plan as make_plan
     from mavspiral.show.rows import live_rows, plan_rows
 
@@ -203,8 +206,8 @@ def fly(
     folder = try_folder(_folder(out, brief))
     if resume:
         read_journal(folder / f"{brief.name}.journal")
-    with failures_as_json(brief, as_json):
-        inspection = make_plan(brief)
+    with failures_as_json(brief, as_json), stage_bar(STAGES, as_json) as on_stage:
+        inspection = make_plan(brief, on_stage)
     if not as_json:
         planned = inspection.summary()
         tell(planned, as_json, plan_rows(planned))
@@ -273,9 +276,12 @@ def upload(
     key = None if signing is None else read_key(signing)
     if source.suffix == ".toml":
         from mavspiral.handover import the_document
+        from mavspiral.planner import STAGES
         from mavspiral.planner import plan as make_plan
 
-        document = the_document(make_plan(_load(source)))
+        with stage_bar(STAGES, as_json) as on_stage:
+            inspection = make_plan(_load(source), on_stage)
+        document = the_document(inspection)
     else:
         document = read_plan_json(source)
     with Console(quiet=as_json) as console:

@@ -29,7 +29,7 @@ from mavspiral.logbook.flown import Flight, one_after_the_other
 from mavspiral.logbook.measuring import Seen, measured
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Trajectory
-from mavspiral.planner import plan
+from mavspiral.planner import OnStage, plan, to_nobody
 from mavspiral.tour.sorties import Sortie
 from mavspiral.uploads import mission_lists
 from sitl.airframe import load_airframe
@@ -78,6 +78,7 @@ def simulate(
     via: Via = "stream",
     autopilot: Autopilot | None = None,
     set_failsafes: bool = False,
+    on_stage: OnStage = to_nobody,
 ) -> Flight:
     """The mission (or its plan) flown from take-off to landing by the bundled vehicle; same seed, same bits.
 
@@ -85,14 +86,14 @@ def simulate(
     Where one battery does not last, or one mission not do, every sortie is flown, each by a vehicle that was just switched on; faults strike the first.
     `autopilot` is whose behaviour it shows, else the mission's. The vehicle stands at the mission's home; its EKF's
     origin is neither that place nor the plan's origin. `set_failsafes` sets the vehicle's parameters for a lost link and a
-    safe Return before a streamed flight, as `fly` does.
+    safe Return before a streamed flight, as `fly` does. `on_stage` is told how far the planning is.
 
     Raises:
         InputError: a fault that nobody knows.
         LimitError: the plan does not keep its own limits, or stretches of it have no mission that fits.
     """
     with compiled_beside():
-        inspection = plan(mission) if isinstance(mission, Mission) else mission
+        inspection = plan(mission, on_stage) if isinstance(mission, Mission) else mission
     if autopilot is not None:
         inspection = inspection.flown_by(autopilot)
     flights: list[Flight] = []

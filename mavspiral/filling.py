@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.brief import camera_of, limits_of, pace_of, room_of, sharpness_of
 from mavspiral.errors import LimitError
+from mavspiral.headway import Headway, to_nobody, within
 from mavspiral.inspection import Inspection
 from mavspiral.motion.limits import Limits
 from mavspiral.pieces.filler import WORTH_SHARE, Filler
@@ -21,7 +23,7 @@ from mavspiral.tour.passes import Pass, flown_in_order, tour_of
 from mavspiral.tour.route import route_of
 from mavspiral.tour.transit import MARGIN_M, Ways
 
-__all__ = ["filled", "flyable", "with_seeable"]
+__all__ = ["filled", "flyable", "unasked_courts", "with_seeable"]
 
 ROUNDS = 2
 """Fills are looked for, flown and measured so often at the most: a plan with gaps costs so many more proofs and surveys."""
@@ -29,7 +31,7 @@ JOINABLE_M = 0.1
 """A fill keeps so much more than the clearance of the transits that join it."""
 
 
-def with_seeable(inspection: Inspection, ways: Ways) -> Inspection:
+def with_seeable(inspection: Inspection, ways: Ways, headway: Headway = to_nobody) -> Inspection:
     """The inspection with what any safe pose could see."""
     mission = inspection.mission
     coverage = with_best_poses(
@@ -39,11 +41,12 @@ def with_seeable(inspection: Inspection, ways: Ways) -> Inspection:
         camera_of(mission),
         room_of(mission, ways.clearance_m),
         roofs=mission.inspection.roof,
+        headway=headway,
     )
     return replace(inspection, coverage=coverage)
 
 
-def filled(plain: Inspection, ways: Ways) -> Inspection:
+def filled(plain: Inspection, ways: Ways, headway: Headway = to_nobody) -> Inspection:
     """The inspection, which knows what is seeable, with a pass more for each gap that is worth one.
 
     In the paper's mode, which is there for comparison, nothing is added.
@@ -53,8 +56,10 @@ def filled(plain: Inspection, ways: Ways) -> Inspection:
         return plain
     pace = pace_of(mission, camera_of(mission), limits_of(mission))
     filler = _filler(plain, ways, pace)
-    for _ in range(ROUNDS):
-        pieces = filler.pieces(inspection.coverage, first=made + 1)
+    for number in range(ROUNDS):
+        looking = within(headway, number / ROUNDS, (number + 0.5) / ROUNDS)
+        surveying = within(headway, (number + 0.5) / ROUNDS, (number + 1) / ROUNDS)
+        pieces = filler.pieces(inspection.coverage, made + 1, looking)
         made += len(pieces)
         if not pieces:
             break
@@ -64,7 +69,13 @@ def filled(plain: Inspection, ways: Ways) -> Inspection:
             break
         before = inspection.coverage
         shots, coverage = survey_of(
-            mission, plain.site, joined.passes, joined.trajectory, before.patches, before.best_pose
+            mission,
+            plain.site,
+            joined.passes,
+            joined.trajectory,
+            before.patches,
+            before.best_pose,
+            surveying,
         )
         if _seen(coverage) < _seen(before) + WORTH_SHARE:
             break
@@ -87,6 +98,13 @@ def flyable(inspection: Inspection, plain: Inspection) -> Inspection:
         return replace(plain, warnings=(*plain.warnings, told))
 
 
+def unasked_courts(inspection: Inspection) -> NDArray[np.bool_]:
+    """Which cells `(rows, cols)` are in courtyards, if nobody asked for these."""
+    building = inspection.site.building
+    asked = inspection.mission.inspection.courtyards
+    return np.zeros_like(building) if asked else enclosed_ground(building)
+
+
 def _filler(inspection: Inspection, ways: Ways, pace: Limits) -> Filler:
     """What fills the gaps of this inspection: within its band, and not inside courtyards unasked."""
     mission, site = inspection.mission, inspection.site
@@ -99,7 +117,7 @@ def _filler(inspection: Inspection, ways: Ways, pace: Limits) -> Filler:
     )
     return Filler(
         site,
-        np.zeros_like(site.building) if asked.courtyards else enclosed_ground(site.building),
+        unasked_courts(inspection),
         ways.solids,
         camera,
         wished,

@@ -20,7 +20,8 @@ from mavspiral.brief import (
     sharpness_of,
     with_keepouts,
 )
-from mavspiral.filling import filled, flyable, with_seeable
+from mavspiral.filling import filled, flyable, unasked_courts, with_seeable
+from mavspiral.headway import within
 from mavspiral.inspection import Inspection
 from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
@@ -30,15 +31,30 @@ from mavspiral.shape.readers import read_site
 from mavspiral.survey.patches import patches_of
 from mavspiral.survey.unseen import unseen_lines
 from mavspiral.tour.passes import flown_in_order, tour_of
+from mavspiral.tour.retreat import comes_down_aside
 from mavspiral.tour.route import route_of, ways_of
+from mavspiral.tour.transit import Ways
 
-__all__ = ["STAGES", "plan"]
+__all__ = ["STAGES", "OnStage", "plan", "to_nobody"]
 
 STAGES = ("map", "curve", "timing", "transits", "certificate", "coverage")
 
 
-def plan(mission: Mission, on_stage: Callable[[str], None] = lambda stage: None) -> Inspection:
-    """The inspection of the mission's building; `on_stage` is told each of `STAGES` as it is done.
+SURVEYED, JUDGED = 0.3, 0.5
+"""Shares of the coverage's headway: what is seen, and what could be; the rest is for gaps."""
+
+BLIND_GRID_S = 2.0
+
+OnStage = Callable[[str, float], None]
+"""Is told which of `STAGES` is worked on, and which share of it is done: 1 when it is."""
+
+
+def to_nobody(stage: str, share: float) -> None:
+    """Tells nobody."""
+
+
+def plan(mission: Mission, on_stage: OnStage = to_nobody) -> Inspection:
+    """The inspection of the mission's building; `on_stage` is told how far each stage is.
 
     Raises:
         InputError: the map, or the mission on this map, contradicts itself.
@@ -68,7 +84,12 @@ def plan(mission: Mission, on_stage: Callable[[str], None] = lambda stage: None)
     watch.lap("certificate")
     judge_limits(mission, site, trajectory, certificate)
 
-    shots, coverage = survey_of(mission, site, passes, trajectory, patches_of(site))
+    def headway(share: float) -> None:
+        on_stage("coverage", 0.99 * share)  # its end is the watch's
+
+    shots, coverage = survey_of(
+        mission, site, passes, trajectory, patches_of(site), headway=within(headway, 0.0, SURVEYED)
+    )
     judge_sight(mission, coverage)
     told = (*mission.notices, *site_map.warnings, *found.told)
     draft = Inspection(
@@ -86,10 +107,25 @@ def plan(mission: Mission, on_stage: Callable[[str], None] = lambda stage: None)
         told,
         watch.laps_ms,
     )
-    plain = with_seeable(draft, ways)
-    inspection = flyable(filled(plain, ways), plain)
+    plain = with_seeable(draft, ways, within(headway, SURVEYED, JUDGED))
+    inspection = flyable(filled(plain, ways, within(headway, JUDGED, 1.0)), plain)
     watch.lap("coverage")
-    return replace(inspection, warnings=(*inspection.warnings, *_unseen(inspection, pace)))
+    told = (*inspection.warnings, *_blind(inspection, ways), *_unseen(inspection, pace))
+    return replace(inspection, warnings=told)
+
+
+def _blind(inspection: Inspection, ways: Ways) -> tuple[str, ...]:
+    """In words for how long it would come down on a roof, were its position lost."""
+    states, site = inspection.trajectory.sampled(BLIND_GRID_S), inspection.site
+    over = states.position_enu_m[site.heights.sample(states.position_enu_m) > 0.0]
+    inside = [place for place in over if not comes_down_aside(ways.solids, place)]
+    if not inside:
+        return ()
+    first = site.heights.frame.geo_point(inside[0])
+    return (
+        f"for some {BLIND_GRID_S * len(inside):.0f} s of {states.t_s[-1]:.0f} s it is over a roof that it would come down on if it lost its "
+        f"position there, first at lat {first.lat_deg:.6f}, lon {first.lon_deg:.6f}",
+    )
 
 
 def _unseen(inspection: Inspection, pace: Limits) -> tuple[str, ...]:
@@ -103,13 +139,14 @@ def _unseen(inspection: Inspection, pace: Limits) -> tuple[str, ...]:
         narrow_m=2 * (mission.inspection.standoff_m + pace.speed_mps**2 / pace.acceleration_mps2),
         room=room_of(mission, inspection.clearance_required_m),
         roofs=mission.inspection.roof,
+        closed=unasked_courts(inspection),
     )
 
 
 class _Watch:
     """Laps of the planner's stages, and their sum."""
 
-    def __init__(self, on_stage: Callable[[str], None]) -> None:
+    def __init__(self, on_stage: OnStage) -> None:
         self._on_stage = on_stage
         self._begin = self._last = time.perf_counter()
         self.laps_ms: dict[str, float] = {}
@@ -119,4 +156,4 @@ class _Watch:
         self.laps_ms[stage] = (now - self._last) * 1e3
         self.laps_ms["total"] = (now - self._begin) * 1e3
         self._last = now
-        self._on_stage(stage)
+        self._on_stage(stage, 1.0)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mavspiral.brief import camera_of, demand_of, limits_of
 from mavspiral.errors import LimitError
+from mavspiral.headway import Headway, to_nobody
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Trajectory
 from mavspiral.shape.heightmap import Site
@@ -101,11 +102,16 @@ def judge_limits(mission: Mission, site: Site, trajectory: Trajectory, certifica
 
 
 def judge_sight(mission: Mission, coverage: Coverage) -> None:
-    """Refuses a plan that sees no wall at all.
+    """Refuses a plan that sees no wall at all, or has none to see.
 
     Raises:
         LimitError: with what a pixel is, and what would do.
     """
+    if math.isnan(coverage.walls) and not (mission.inspection.roof and mission.camera.gimbal):
+        raise LimitError(
+            f"{mission.name}: the building has no wall of its own to be seen: all that stands around it is as high. "
+            "Fix: another [building] at or id, a map that tells the building from what stands beside it, or roof = true"
+        )
     if coverage.walls == 0.0:
         quality, standoff_m = mission.quality, mission.inspection.standoff_m
         raise LimitError(
@@ -122,8 +128,12 @@ def survey_of(
     trajectory: Trajectory,
     patches: Patches,
     best_pose: NDArray[np.int64] | None = None,
+    headway: Headway = to_nobody,
 ) -> tuple[Shots, Coverage]:
-    """The shots of a trajectory along these passes, and what they show of the patches, whose best poses may be known."""
+    """The shots of a trajectory along these passes, and what they show of the patches, whose best poses may be known.
+
+    `headway` is told how many of the shots have been looked through.
+    """
     camera = camera_of(mission)
     shots = shots_of(
         trajectory,
@@ -131,7 +141,7 @@ def survey_of(
         standoffs_m=[part.standoff_m for part in passes],
         side_overlap=mission.inspection.side_overlap,
     )
-    return shots, measure_coverage(patches, shots, site, camera, demand_of(mission), best_pose)
+    return shots, measure_coverage(patches, shots, site, camera, demand_of(mission), best_pose, headway)
 
 
 def _remedy(certificate: Certificate) -> str:
@@ -141,6 +151,8 @@ def _remedy(certificate: Certificate) -> str:
     if near.ok:
         return elsewhere
     kept_m = math.floor(10.0 * near.worst) / 10.0
+    if kept_m <= 0.0:
+        return elsewhere
     return (
         f"a required clearance of {kept_m:.1f} m (now {near.allowed:.1f} m; [limits] clearance_m, or what the vehicle and its "
         f"errors take) is what this plan keeps; or {elsewhere}"

@@ -107,30 +107,42 @@ def failures_as_json(mission: Mission, as_json: bool) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def stage_bar(stages: Sequence[str], as_json: bool) -> Iterator[Callable[[str], None]]:
+def stage_bar(stages: Sequence[str], as_json: bool) -> Iterator[Callable[[str, float], None]]:
     """A bar of what is done of the stages, on a terminal's stderr, for work that takes longer than `PATIENCE_S`.
 
-    It gives what is to be told each stage as it is done.
+    It gives what is to be told which share of a stage is done; the last one takes half of the bar.
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
     console = Console(stderr=True)
     if as_json or not console.is_terminal:
-        yield lambda stage: None
+        yield lambda stage, share: None
         return
     columns = TextColumn("planning"), BarColumn(), TextColumn("{task.description}")
     progress = Progress(*columns, console=console, transient=True)
-    following = dict(zip(stages, (*stages[1:], ""), strict=True))
-    task = progress.add_task(stages[0], total=len(stages))
-    late = threading.Timer(PATIENCE_S, progress.start)
-    late.start()
-    try:
-        yield lambda stage: progress.update(task, advance=1, description=following[stage])
-    finally:
+    weights = [*[1.0] * (len(stages) - 1), max(1.0, len(stages) - 1.0)]
+    task = progress.add_task(stages[0], total=sum(weights))
+
+    def told(stage: str, share: float) -> None:
+        k = stages.index(stage)
+        done = sum(weights[:k]) + share * weights[k]
+        here = stages[min(k + (share >= 1.0), len(stages) - 1)]
+        progress.update(task, completed=done, description=here)
+        if done == sum(weights):  # what follows, a flight perhaps, is none of the bar's
+            stop()
+
+    def stop() -> None:
         late.cancel()
         late.join()
         progress.stop()
+
+    late = threading.Timer(PATIENCE_S, progress.start)
+    late.start()
+    try:
+        yield told
+    finally:
+        stop()
 
 
 def must_be_asked(what: str, fix: str) -> None:

@@ -31,7 +31,7 @@ motion
 curve
 shape
 frames files
-arrays errors workers
+arrays errors headway workers
 """
 SITL = """
 __main__ pytest_plugin

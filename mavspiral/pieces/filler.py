@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
+from mavspiral.headway import Headway, to_nobody
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.turn import TurnGaze
 from mavspiral.pieces.fill_lines import lines_through
@@ -66,7 +67,7 @@ class Filler:
     roofs: bool
     home_enu_m: FloatArray
 
-    def pieces(self, coverage: Coverage, first: int = 1) -> tuple[Piece, ...]:
+    def pieces(self, coverage: Coverage, first: int = 1, headway: Headway = to_nobody) -> tuple[Piece, ...]:
         """The fills for what this coverage leaves unseen, numbered from `first`; none where none is worth its flight."""
         gap = self._gap(coverage)
         fills: list[Fill] = []
@@ -79,6 +80,7 @@ class Filler:
                 break
             fills.append(fill)
             gap = gap.without(fill.shows)
+            headway(len(fills) / FILLS_MAX)
         return tuple(self._piece(f"fill {number}", fill) for number, fill in enumerate(fills, start=first))
 
     def _gap(self, coverage: Coverage) -> Gap:

@@ -16,6 +16,9 @@ from mavspiral.shape.site_map import MapRequest
 
 __all__ = ["choose", "near", "stand_in_height_m"]
 
+FAR_M = 50_000.0
+"""A place farther than this from all buildings of a map is of another map."""
+
 
 def choose(request: MapRequest, features: tuple[Feature, ...]) -> tuple[Feature, ...]:
     """The building that the request names, with its parts.
@@ -111,6 +114,11 @@ def _nobody_there(request: MapRequest, features: tuple[Feature, ...]) -> str:
 
     nearest = min(features, key=away_m)
     lat, lon = _interior(nearest)
+    if away_m(nearest) > FAR_M:
+        return (
+            f"{request.path}: its buildings lie at [{lat:.6f}, {lon:.6f}], far away from [building] at = "
+            f"[{request.at[0]}, {request.at[1]}]. Fix: correct the map's CRS, or set at (latitude first)"
+        )
     return (
         f"{request.path}: no building stands at [{request.at[0]}, {request.at[1]}]; the nearest, {nearest.name}, "
         f"is {away_m(nearest):.0f} m away. Fix: set [building] at = [{lat:.6f}, {lon:.6f}] (latitude first)"

@@ -9,7 +9,7 @@ from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.frames import GeoPoint, LocalFrame
 from mavspiral.shape.choice import choose, near, stand_in_height_m
-from mavspiral.shape.geojson import Feature
+from mavspiral.shape.geojson import LEVEL_M, Feature
 from mavspiral.shape.heightmap import HeightMap, Site
 from mavspiral.shape.polygons import cover
 from mavspiral.shape.site_map import SURROUNDINGS_M, MapRequest, SiteMap, grid_about
@@ -71,6 +71,13 @@ def site_from_footprints(request: MapRequest, features: tuple[Feature, ...]) -> 
         is_outline = bool(parts) and not feature.is_part
         own[mask] = np.maximum(own[mask], lowest_part if is_outline else _known_height_m(request, feature))
         building |= mask
+    if guessed := [f for f in chosen if f.height_is_guessed and (f.is_part or not parts)]:
+        told = ", ".join(f"{f.name} {f.height_agl_m:g} m" for f in guessed[:3]) + (
+            " …" if len(guessed) > 3 else ""
+        )
+        warnings.append(
+            f"the height is guessed from storeys of {LEVEL_M:g} m: {told}. Fix: tag height, or a larger [building] map_error_m"
+        )
     building &= own >= height  # on a party wall the cell is the higher house's
     site = Site(HeightMap(np.maximum(height, own), request.cell_m, frame, np.array(south_west)), building)
     return SiteMap(site, chosen[0].name, tuple(warnings))

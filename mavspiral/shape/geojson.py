@@ -1,7 +1,7 @@
 """Buildings from GeoJSON with OpenStreetMap's Simple 3D Buildings tags.
 
 https://wiki.openstreetmap.org/wiki/Simple_3D_Buildings: `building`, `building:part`, `height`, `min_height`,
-`building:levels`. Where a building has parts, they give its shape and its outline's own height does not count.
+`building:levels`, and on these `roof:height` or `roof:levels`. Where a building has parts, they give its shape and its outline's own height does not count.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.shape.polygons import crossing, signed_area_m2
 
-__all__ = ["Feature", "features_of"]
+__all__ = ["LEVEL_M", "Feature", "features_of"]
 
 CORNERS_MAX = 20_000
 
@@ -38,6 +38,7 @@ class Feature:
     is_part: bool
     height_agl_m: float | None
     polygons_deg: tuple[tuple[FloatArray, ...], ...]
+    height_is_guessed: bool = False
 
 
 def features_of(path: Path, document: Any) -> tuple[Feature, ...]:
@@ -96,6 +97,7 @@ def _feature(path: Path, number: int, raw: dict[str, Any]) -> Feature:
         name=name,
         is_part=bool(tags.get("building:part")) and tags.get("building:part") != "no",
         height_agl_m=_height_m(where, tags),
+        height_is_guessed=tags.get("height") is None and tags.get("building:levels") is not None,
         polygons_deg=tuple(_polygon(where, polygon) for polygon in polygons),
     )
 
@@ -158,18 +160,26 @@ def _height_m(where: str, tags: dict[str, Any]) -> float | None:
     if tags.get("height") is not None:
         return _length_m(where, "height", tags["height"])
     if tags.get("building:levels") is not None:
-        text = str(tags["building:levels"]).replace(",", ".")
-        try:
-            levels = float(text)
-        except ValueError:
-            levels = math.nan
-        if not 0 < levels < 300:
-            raise InputError(
-                f"{where}: building:levels = {tags['building:levels']!r} is no number of storeys between 1 and 300. "
-                'Fix: tag "height" in metres instead'
-            )
-        return levels * LEVEL_M
+        walls_m = _levels_m(where, "building:levels", tags["building:levels"])
+        if tags.get("roof:height") not in (None, "0", 0):
+            return walls_m + _length_m(where, "roof:height", tags["roof:height"])
+        if tags.get("roof:levels") not in (None, "0", 0):
+            return walls_m + _levels_m(where, "roof:levels", tags["roof:levels"])
+        return walls_m
     return None
+
+
+def _levels_m(where: str, key: str, value: Any) -> float:
+    try:
+        levels = float(str(value).replace(",", "."))
+    except ValueError:
+        levels = math.nan
+    if not 0 < levels < 300:
+        raise InputError(
+            f"{where}: {key} = {value!r} is no number of storeys between 1 and 300. "
+            'Fix: tag "height" in metres instead'
+        )
+    return levels * LEVEL_M
 
 
 def _length_m(where: str, key: str, value: Any) -> float:

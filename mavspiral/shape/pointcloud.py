@@ -1,7 +1,7 @@
 """A site from a LAS or LAZ point cloud: the highest point of each cell.
 
-Points classified as building (6) are the building; where there are none, what stands out of the ground is. Ground (2)
-gives the ground, else the rim does. Noise (7, 18) is left out; everything else (wires, trees) is an obstacle. Points
+Points classified as building (6) are the building, with what is unclassified (0, 1) and goes on at their height; where there
+are none, what stands out of the ground is. Ground (2) gives the ground, else the rim does. Noise (7, 18) is left out; everything else (wires, trees) is an obstacle. Points
 are read in chunks, after the header's claims were held against the size of the file.
 """
 
@@ -14,18 +14,29 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.shape.crs import MapCrs, map_crs
 from mavspiral.shape.las_claims import judge_chunks, judge_header
 from mavspiral.shape.site_map import MapRequest, SiteMap, need
-from mavspiral.shape.survey_grid import close_pinholes, plane_through, rim_plane, site_from_survey
+from mavspiral.shape.survey_grid import (
+    STANDING_MIN_M,
+    close_pinholes,
+    plane_through,
+    rim_plane,
+    site_from_survey,
+)
 from mavspiral.shape.window import Window, window_of
 
 __all__ = ["site_from_points"]
 
-GROUND, BUILDING, NOISE = 2, 6, (7, 18)
+GROUND, BUILDING, NOISE, UNCLASSIFIED = 2, 6, (7, 18), (0, 1)
+STEP_M = 0.5
+"""A roof goes on over a step of so much, or of what a steep one rises in a cell."""
+TOLD_M2 = 2.0
 CHUNK_BYTES = 32_000_000
 
 
@@ -36,6 +47,7 @@ class _Surfaces:
     building: FloatArray
     ground: FloatArray
     other: FloatArray
+    unclassified: FloatArray
     points: int = 0
 
 
@@ -75,7 +87,9 @@ def site_from_points(request: MapRequest) -> SiteMap:
 
 def _site(request: MapRequest, surfaces: _Surfaces, window: Window, crs: MapCrs) -> SiteMap:
     own = np.isfinite(surfaces.building)
-    seen = np.maximum(np.maximum(surfaces.building, surfaces.other), surfaces.ground)
+    seen = np.maximum(
+        np.maximum(surfaces.building, surfaces.other), np.maximum(surfaces.ground, surfaces.unclassified)
+    )
     if not np.isfinite(seen).any():
         raise InputError(
             f"{request.path}: it has no points around there. Fix: give a cloud that covers the building"
@@ -90,7 +104,15 @@ def _site(request: MapRequest, surfaces: _Surfaces, window: Window, crs: MapCrs)
         remarks.append("no points are classified as ground (2): the ground is that of the cloud's rim")
     classified = None
     if own.any():
-        classified = np.isfinite(close_pinholes(np.where(own, surfaces.building, np.nan)))
+        unclassified = (surfaces.unclassified >= seen) & (surface_m - terrain_m > STANDING_MIN_M)
+        goes_on = _goes_on(np.where(own, surfaces.building, seen), own, unclassified & ~own, request.cell_m)
+        more_m2 = np.count_nonzero(goes_on & ~own) * request.cell_m**2
+        if more_m2 > TOLD_M2:
+            remarks.append(
+                f"{more_m2:.0f} m² beside the points that are classified as building (6) stand as high and are "
+                "unclassified: they are taken to be of the building"
+            )
+        classified = np.isfinite(close_pinholes(np.where(goes_on, seen, np.nan)))
     else:
         remarks.append(
             "no points are classified as building (6): what stands out of the ground is taken to be one"
@@ -99,6 +121,26 @@ def _site(request: MapRequest, surfaces: _Surfaces, window: Window, crs: MapCrs)
     return site_from_survey(
         request, surface_m, terrain_m, window.frame, window.south_west_m, classified, tuple(remarks)
     )
+
+
+@njit(cache=True)
+def _goes_on(
+    height_m: FloatArray, own: NDArray[np.bool_], open_to: NDArray[np.bool_], cell_m: float
+) -> NDArray[np.bool_]:
+    """The cells of `own`, and of `open_to` those that it reaches from cell to cell without a step."""
+    rows, cols = own.shape
+    step_m = max(STEP_M, 1.5 * cell_m)
+    reached = own.copy()
+    stack = [(r, c) for r in range(rows) for c in range(cols) if own[r, c]]
+    while len(stack):
+        row, col = stack.pop()
+        for r in range(max(0, row - 1), min(rows, row + 2)):
+            for c in range(max(0, col - 1), min(cols, col + 2)):
+                rise_m = abs(height_m[r, c] - height_m[row, col])
+                if open_to[r, c] and not reached[r, c] and rise_m <= step_m:
+                    reached[r, c] = True
+                    stack.append((r, c))
+    return reached
 
 
 def _judge_density(request: MapRequest, hit: np.ndarray, points: int) -> None:
@@ -125,7 +167,7 @@ def _window(request: MapRequest, header: Any, crs: MapCrs) -> Window:
 
 
 def _surfaces(request: MapRequest, reader: Any, window: Window, height_unit_m: float) -> _Surfaces:
-    made = _Surfaces(*(np.full((3, *window.shape), -np.inf)))
+    made = _Surfaces(*(np.full((4, *window.shape), -np.inf)))
     rows, cols = window.shape
     header = reader.header
     slack = np.maximum(np.abs(header.scales[:2]), 1e-9) * 2
@@ -144,7 +186,8 @@ def _surfaces(request: MapRequest, reader: Any, window: Window, height_unit_m: f
         for grid, chosen in (
             (made.building, kind == BUILDING),
             (made.ground, kind == GROUND),
-            (made.other, (kind != BUILDING) & (kind != GROUND)),
+            (made.unclassified, np.isin(kind, UNCLASSIFIED)),
+            (made.other, ~np.isin(kind, (BUILDING, GROUND, *UNCLASSIFIED))),
         ):
             pick = on_grid & chosen
             np.maximum.at(grid, (row[pick], col[pick]), z_m[pick])

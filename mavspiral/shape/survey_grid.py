@@ -16,8 +16,9 @@ from mavspiral.frames import LocalFrame
 from mavspiral.shape.datum import datum_of
 from mavspiral.shape.height_grid import component_at, neighbourhood, site_about
 from mavspiral.shape.site_map import MapRequest, SiteMap
+from mavspiral.shape.unmeasured import fill_holes, gaps_told
 
-__all__ = ["close_pinholes", "plane_through", "rim_plane", "site_from_survey"]
+__all__ = ["STANDING_MIN_M", "close_pinholes", "plane_through", "rim_plane", "site_from_survey"]
 
 STANDING_MIN_M = 1.5
 """Lower things in a survey are cars, hedges and noise: obstacles, but no building."""
@@ -54,8 +55,15 @@ def site_from_survey(
     cell_m = request.cell_m
     surface_m = close_pinholes(surface_m)
     measured = np.isfinite(surface_m)
-    above_m = np.where(measured, surface_m - terrain_m, 0.0)
-    standing = above_m > STANDING_MIN_M if classified is None else classified & measured
+    holed_m = surface_m
+    surface_m, filled = fill_holes(holed_m, holed_m - terrain_m > STANDING_MIN_M, cell_m)
+    known = measured | filled
+    above_m = np.where(known, surface_m - terrain_m, 0.0)
+    if classified is None:
+        standing = above_m > STANDING_MIN_M
+    else:
+        standing = classified & measured
+        standing |= fill_holes(holed_m, standing, cell_m)[1]
     nothing = (
         f"nothing in it stands more than {STANDING_MIN_M} m out of the ground at {np.median(terrain_m):.1f} m. "
         "Fix: give a larger piece of the map, with ground around the building"
@@ -66,23 +74,20 @@ def site_from_survey(
         warnings.append("the building reaches the edge of what was read: what lies beyond is not known")
     base_m = float(np.median(terrain_m[building]))
     datum_m, said = datum_of(request, base_m, "the ground around the building")
-    height_m = np.where(measured, surface_m - datum_m, 0.0)
+    height_m = np.where(known, surface_m - datum_m, 0.0)
     level = (np.abs(above_m) <= GROUND_NOISE_M) & (height_m <= LEVEL_GROUND_M) & ~building
     height_m[level] = 0.0
 
     cut = neighbourhood(building, cell_m)
-    height_m, building, above_m, measured = height_m[cut], building[cut], above_m[cut], measured[cut]
+    height_m, building, above_m = height_m[cut], building[cut], above_m[cut]
+    measured, known = measured[cut], known[cut]
     corner_m = south_west_m + np.array([cut[1].start, cut[0].start]) * cell_m
     hill_m = float(height_m[(np.abs(above_m) <= GROUND_NOISE_M) & ~building].max(initial=0.0))
     if hill_m > 0.0:
         warnings.append(
             f"the ground near the building rises to {hill_m:.1f} m above ground_amsl_m: it is an obstacle there"
         )
-    gaps = 1.0 - np.count_nonzero(measured) / measured.size
-    if gaps > 0.005:
-        warnings.append(
-            f"{gaps:.1%} of the map around the building was not measured and is taken to be empty"
-        )
+    warnings.extend(gaps_told(building, measured, known, cell_m, frame, corner_m))
     site = site_about(request, height_m, building, cell_m, frame, corner_m)
     return SiteMap(site, request.path.name.split(".")[0], (*warnings, *said))
 

@@ -125,7 +125,7 @@ def _in_space(
 ) -> None:
     from matplotlib.colors import to_rgba
 
-    scene = Scene(site)
+    scene = Scene(site, azimuth_deg=skin.azimuth_deg())
     skin.draw(axes, scene)
     strength = 0.5 if flown else 1.0
     rgba = np.where(on_spiral[:, None], to_rgba(PLANNED, strength), to_rgba(TRANSIT, 0.8))
@@ -189,7 +189,9 @@ def _profile(
         axes.axhline(profile.allowed, color=LIMIT, lw=0.8, ls=(0, (4, 3)))
     axes.set_title(profile.title, loc="left", fontsize=9)
     axes.set_xlim(0.0, float(profile.t_s[-1]))
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(
+        bottom=0.0 if not np.any(profile.value < 0.0) else None
+    )  # a home may lie below the building's ground
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelbottom=last, labelsize=7)
     if last:

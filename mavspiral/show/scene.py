@@ -18,19 +18,20 @@ from mavspiral.survey.sight import gap_m
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Scene", "shaded"]
+__all__ = ["AZIMUTH_DEG", "Scene", "shaded"]
 
 LIGHT_ENU = np.array([-0.44, -0.73, 0.52])
 UP_ENU = np.array([0.0, 0.0, 1.0])
 BUILDING_RGB = np.array([0.84, 0.82, 0.78])
 OBSTACLE_RGB = np.array([0.72, 0.77, 0.82])
 HIDDEN_SHARE = 0.16
+AZIMUTH_DEG = 240.0
 
 
 class Scene:
     """A site seen from `azimuth_deg` (clockwise from north, where the eye is) and `elevation_deg`."""
 
-    def __init__(self, site: Site, *, azimuth_deg: float = 240.0, elevation_deg: float = 24.0) -> None:
+    def __init__(self, site: Site, *, azimuth_deg: float = AZIMUTH_DEG, elevation_deg: float = 24.0) -> None:
         azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
         toward = np.array([np.sin(azimuth), np.cos(azimuth), 0.0])
         self._right_enu = np.array([-toward[1], toward[0], 0.0])
@@ -88,13 +89,19 @@ class Scene:
         roof = place_enu_m[:, 2] >= heights.height_agl_m[cell[:, 0], cell[:, 1]] - 1e-9
         return cell, np.where(roof, 4, side)
 
+    def shows(self, place_enu_m: FloatArray, normal_enu: FloatArray) -> FloatArray:
+        """How large a piece of surface at each place `(n, 3)` is in the picture, of its area: 0 where it is hidden."""
+        facing = np.maximum(0.0, normal_enu @ self._eye_enu)
+        facing[facing > 0.0] *= self._visible(place_enu_m[facing > 0.0])
+        return np.asarray(facing)
+
     def _picture(self, position_enu_m: FloatArray) -> FloatArray:
         return np.stack([position_enu_m @ self._right_enu, position_enu_m @ self._up_enu], axis=-1)
 
     def _visible(self, position_enu_m: FloatArray) -> NDArray[np.bool_]:
         """Whether nothing of the height map lies between each position and the eye, looked at every half cell."""
         heights = self._site.heights
-        highest_m = float(position_enu_m[:, 2].min())
+        highest_m = float(position_enu_m[:, 2].min(initial=heights.top_m))
         reach_m = max(0.0, heights.top_m - highest_m) / self._eye_enu[2]
         visible = np.ones(len(position_enu_m), dtype=np.bool_)
         for along_m in np.arange(heights.cell_m, reach_m, max(0.5 * heights.cell_m, reach_m / 800)):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.shape.heightmap import Site
-from mavspiral.show.scene import BUILDING_RGB, OBSTACLE_RGB, Scene, shaded
+from mavspiral.show.scene import AZIMUTH_DEG, BUILDING_RGB, OBSTACLE_RGB, Scene, shaded
 from mavspiral.survey.coverage import Coverage
 from mavspiral.survey.patches import SIDES_ENU, Patches
 
@@ -29,6 +29,8 @@ GSD_RGB = np.array(
 SIZE_PX = 1400, 1600
 """Drawn at most so large: twice as fine as the figure shows it, and averaged: smooth edges."""
 
+VIEWS, BETTER, ASKED = 12, 1.25, 500
+
 
 def gsd_rgb(share: FloatArray) -> FloatArray:
     """Colours `(…, 3)` of pixels of a size between 0 and 1, the greatest allowed."""
@@ -43,6 +45,20 @@ class Skin:
     site: Site
     coverage: Coverage
     roofs: bool
+
+    def azimuth_deg(self) -> float:
+        """From where most of the building's walls is in sight; the usual side, unless it shows much less than the best."""
+        patches = self.coverage.patches
+        some = np.flatnonzero(patches.is_wall)[:: 1 + len(patches) // ASKED]
+        azimuths_deg = [(AZIMUTH_DEG + k * 360.0 / VIEWS) % 360.0 for k in range(VIEWS)]
+        shown_m2 = []
+        for azimuth_deg in azimuths_deg:
+            shares = Scene(self.site, azimuth_deg=azimuth_deg).shows(
+                patches.before_enu_m[some], patches.normal_enu[some]
+            )
+            shown_m2.append(float(shares @ patches.area_m2[some]))
+        best = int(np.argmax(shown_m2))
+        return azimuths_deg[best] if shown_m2[best] > BETTER * shown_m2[0] else AZIMUTH_DEG
 
     def draw(self, axes: Axes, scene: Scene) -> None:
         """The site onto the axes, each pixel by what a ray of sight meets there."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
+from mavspiral.headway import Headway, to_nobody
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey import sight
 from mavspiral.survey.camera import Camera
@@ -35,6 +36,9 @@ __all__ = [
 UNKNOWN, OUT_OF_BAND, NO_ROOM, TOO_FAR, SEEABLE = range(-1, 4)
 """How near any safe pose comes to seeing a patch: not looked for; no pose's height is allowed; no place that it looks at
 is safe; some are, but none sees it well; it is seen from one."""
+
+AT_ONCE = 64
+"""So many shots are looked through before their headway is told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,19 +156,30 @@ def measure_coverage(
     camera: Camera,
     demand: Demand,
     best_pose: NDArray[np.int64] | None = None,
+    headway: Headway = to_nobody,
 ) -> Coverage:
-    """What `shots` show of `patches`, with everything on the site in the way; `best_pose` of each, where that is known."""
-    heights, grid = _grid(site)
-    views, best_gsd_m, cosine = sight.look(
-        patches.centre_enu_m,
-        patches.before_enu_m,
-        patches.normal_enu,
-        shots.position_enu_m,
-        _axes(shots),
-        _optics(camera, demand),
-        heights,
-        grid,
-    )
+    """What `shots` show of `patches`, with everything on the site in the way; `best_pose` of each, where that is known.
+
+    `headway` is told how many of the shots have been looked through.
+    """
+    axes, optics, scene = _axes(shots), _optics(camera, demand), _grid(site)
+    views = np.zeros(len(patches), dtype=np.int64)
+    best_gsd_m, cosine = np.full(len(patches), np.inf), np.zeros(len(patches))
+    for first in range(0, len(shots), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        more, gsd_m, its_cosine = sight.look(
+            patches.centre_enu_m,
+            patches.before_enu_m,
+            patches.normal_enu,
+            shots.position_enu_m[some],
+            axes[some],
+            optics,
+            *scene,
+        )
+        views += more
+        finer = gsd_m < best_gsd_m
+        best_gsd_m[finer], cosine[finer] = gsd_m[finer], its_cosine[finer]
+        headway(min(first + AT_ONCE, len(shots)) / len(shots))
     incidence_rad = np.where(views > 0, np.arccos(np.clip(cosine, 0.0, 1.0)), np.nan)
     known = np.full(len(patches), UNKNOWN) if best_pose is None else best_pose
     return Coverage(patches, demand, views, best_gsd_m, incidence_rad, known)

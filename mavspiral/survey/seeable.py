@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
+from mavspiral.headway import Headway, to_nobody
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.coverage import NO_ROOM, OUT_OF_BAND, SEEABLE, TOO_FAR, UNKNOWN, Coverage, Demand
@@ -74,7 +75,14 @@ class _Scene:
 
 
 def with_best_poses(
-    coverage: Coverage, site: Site, solids: Solids, camera: Camera, room: Room, *, roofs: bool
+    coverage: Coverage,
+    site: Site,
+    solids: Solids,
+    camera: Camera,
+    room: Room,
+    *,
+    roofs: bool,
+    headway: Headway = to_nobody,
 ) -> Coverage:
     """The coverage, and how near any safe pose comes to seeing each unseen piece of wall, and of roof if asked.
 
@@ -90,6 +98,7 @@ def with_best_poses(
         left = np.flatnonzero(reached != SEEABLE)
         row, came, _ = _cast(scene, asked[left], fan[first::SWEEPS])
         np.maximum.at(reached, left[row], came)
+        headway((first + 1) / SWEEPS)
     best_pose = np.where(coverage.views > 0, SEEABLE, UNKNOWN)
     best_pose[index] = reached[group]
     return replace(coverage, best_pose=best_pose)

@@ -31,7 +31,7 @@ LINES_MAX = 6
 SMALL_SHARE = 0.001
 """What is less of the walls than this is summed up in one line."""
 
-NARROW, TOO_FEW = 100, 101
+NARROW, TOO_FEW, IN_COURT = 100, 101, 102
 NO_POSE = 1000
 """Beyond this, what hinders every safe pose, not a shot."""
 WORDS = {
@@ -45,6 +45,7 @@ WORDS = {
     sight.OCCLUDED: "hidden behind something nearer to the camera",
     NARROW: "facing something {near}; turns at this speed only go in where it is {narrow:.0f} m",
     TOO_FEW: "seen by fewer than {views} shots",
+    IN_COURT: "in a courtyard, which courtyards = false leaves alone",
     NO_POSE
     + OUT_OF_BAND: "out of the picture from every height that is safe, {lowest_safe:g} to {ceiling:g} m",
     NO_POSE + NO_ROOM: "facing something {near}; a drone needs {clearance:.1f} m of clearance on each side",
@@ -54,7 +55,15 @@ WORDS = {
 
 
 def unseen_lines(
-    coverage: Coverage, shots: Shots, site: Site, camera: Camera, *, narrow_m: float, room: Room, roofs: bool
+    coverage: Coverage,
+    shots: Shots,
+    site: Site,
+    camera: Camera,
+    *,
+    narrow_m: float,
+    room: Room,
+    roofs: bool,
+    closed: NDArray[np.bool_],
 ) -> tuple[str, ...]:
     """One line for each cause of unseen walls, the largest first: how much, why, which sides, between which heights.
 
@@ -66,6 +75,7 @@ def unseen_lines(
         narrow_m: the turns do not go in between walls that are nearer to each other than this.
         room: where a pose is safe.
         roofs: whether unseen roofs are to be told of, too.
+        closed: which cells `(rows, cols)` are in courtyards that nobody asked for.
     """
     patches = coverage.patches
     wanted = np.ones(len(patches), dtype=np.bool_) if roofs else patches.is_wall
@@ -74,6 +84,10 @@ def unseen_lines(
     index, because, gaps_m = unseen_because(coverage, shots, site, camera, narrow_m)
     because = np.where(coverage.views[index] > 0, TOO_FEW, because)
     because = np.where((gaps_m < narrow_m) & (because != TOO_FEW), NARROW, because)
+    row, col = np.moveaxis(site.heights.index(patches.before_enu_m[index]), -1, 0)
+    rows, cols = closed.shape
+    in_court = closed[np.clip(row, 0, rows - 1), np.clip(col, 0, cols - 1)] & patches.is_wall[index]
+    because = np.where(in_court, IN_COURT, because)
     best_pose = coverage.best_pose[index]
     because = np.where((best_pose != UNKNOWN) & (best_pose != SEEABLE), NO_POSE + best_pose, because)
     facts: dict[str, float | str] = {

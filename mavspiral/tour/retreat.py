@@ -7,7 +7,7 @@ import numpy as np
 from mavspiral.arrays import FloatArray
 from mavspiral.survey.solids import Solids
 
-__all__ = ["retreat"]
+__all__ = ["comes_down_aside", "retreat"]
 
 FARTHEST_M = 6.0
 STEP_M = 0.5
@@ -41,6 +41,13 @@ def retreat(solids: Solids, place_enu_m: FloatArray) -> FloatArray:
     best = int(np.argmax(away_m[steps, np.arange(len(turn))]))
     farthest: FloatArray = places[steps[best], best]
     return _off_the_roof(solids, farthest, places, away_m, reach_m)
+
+
+def comes_down_aside(solids: Solids, place_enu_m: FloatArray) -> bool:
+    """Whether it comes down beside everything, and not on a roof, after it retreated from there."""
+    away_enu_m = retreat(solids, place_enu_m)
+    down = np.array([0.0, 0.0, -max(float(away_enu_m[2]), 0.0)])
+    return bool(solids.clear(away_enu_m[None, :], down, BESIDE_M)[0])
 
 
 def _off_the_roof(

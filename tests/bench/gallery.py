@@ -37,8 +37,9 @@ def draw(axes: Axes, inspection: Inspection) -> None:
     low, high = places[inspecting].min(axis=0) - 12.0, places[inspecting].max(axis=0) + 12.0
     near = np.flatnonzero(((places >= low) & (places <= high)).all(axis=1))
     whole = slice(near[0], near[-1] + 1)
-    scene = Scene(inspection.site)
-    Skin(inspection.site, inspection.coverage, inspection.mission.inspection.roof).draw(axes, scene)
+    skin = Skin(inspection.site, inspection.coverage, inspection.mission.inspection.roof)
+    scene = Scene(inspection.site, azimuth_deg=skin.azimuth_deg())
+    skin.draw(axes, scene)
     rgba = np.where(inspecting[whole, None], to_rgba(PLANNED), to_rgba(TRANSIT, 0.8))
     scene.draw_path(axes, places[whole], rgba, 0.9)
     axes.set_aspect("equal")

@@ -31,7 +31,7 @@ def varied(name, **tables):
 
 def unfilled(mission):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Filler, "pieces", lambda self, coverage, first: ())
+        patch.setattr(Filler, "pieces", lambda self, coverage, first, headway: ())
         return plan(mission)
 
 

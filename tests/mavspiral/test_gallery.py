@@ -67,3 +67,9 @@ def test_the_slab_s_report_names_the_wall_that_no_drone_can_pass(planned):
     assert len(told) == 1
     assert "lat 40.0401" in told[0] or "lat 40.0402" in told[0]
     assert "for 23 m" in told[0] and "from 3.0 to 14.1 m up" in told[0]
+
+
+@pytest.mark.parametrize(("name", "on_a_roof"), [("podium", True), ("torre", False)])
+def test_a_flight_that_would_come_down_on_a_roof_without_a_position_says_so(planned, name, on_a_roof):
+    told = [line for line in planned(name).warnings if "it would come down on" in line]
+    assert len(told) == on_a_roof, told

@@ -1,12 +1,16 @@
 """A plan that fails its limits is refused with what would do."""
 
+import math
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from mavspiral import load_mission, plan, planner
 from mavspiral.errors import LimitError
+from mavspiral.mission import Keepout
+from mavspiral.proof import judge_sight
 
 KIOSK = Path(__file__).parents[2] / "missions" / "kiosk.toml"
 
@@ -20,3 +24,19 @@ def test_a_refusal_for_clearance_names_the_clearance_that_the_plan_keeps(monkeyp
     fits = re.search(r"Fix: a required clearance of ([\d.]+) m \(now ([\d.]+) m", str(refusal.value))
     assert fits
     assert kept_m - 0.1 <= float(fits[1]) <= kept_m < float(fits[2])
+
+
+def test_no_clearance_of_nothing_is_recommended():
+    mission = load_mission(KIOSK)
+    asked = mission.inspection.model_copy(update={"mode": "paper"})
+    crane = Keepout(circle=(23.9605, 32.8676, 2.0), height_m=(0.0, 40.0))  # on the paper's own ring
+    with pytest.raises(LimitError, match=r"clearance FAILS: 0 m.*Fix: another standoff_m"):
+        plan(mission.model_copy(update={"inspection": asked, "keepout": (crane,)}))
+
+
+def test_a_building_without_a_wall_of_its_own_is_refused_unless_its_roof_is_asked_for():
+    mission, nothing = load_mission(KIOSK), SimpleNamespace(walls=math.nan)
+    with pytest.raises(LimitError, match="no wall of its own"):
+        judge_sight(mission, nothing)
+    roof = mission.inspection.model_copy(update={"roof": True})
+    judge_sight(mission.model_copy(update={"inspection": roof}), nothing)

@@ -198,7 +198,7 @@ class Stepped:
         path.write_bytes(head.encode() + corners.tobytes() + body)
         return path
 
-    def las(self, folder, name="stepped.las", classified=True, spacing_m=0.25, crs=UTM):
+    def las(self, folder, name="stepped.las", classified=True, spacing_m=0.25, crs=UTM, but=None):
         laspy = pytest.importorskip("laspy", reason="the extra cloud is not installed")
         pyproj = pytest.importorskip("pyproj", reason="the extra cloud is not installed")
         x, y = (a.ravel() for a in np.meshgrid(np.arange(-60, 80, spacing_m), np.arange(-50, 50, spacing_m)))
@@ -213,6 +213,8 @@ class Stepped:
         cloud.x, cloud.y = _utm(x, y)
         cloud.z = GROUND_M + height + rng.normal(0, 0.01, len(x))
         kinds = np.where(height > 0, 6, 2) if classified else np.ones(len(x), dtype=int)
+        if but is not None:
+            kinds[but(x, y)] = 1
         cloud.classification = kinds.astype("uint8")
         cloud.classification[:3] = 7
         cloud.z[:3] = 900.0

@@ -161,6 +161,13 @@ def test_a_cloud_without_classes_and_a_compressed_one(tmp_path, stepped):
     judge(read(stepped.las(tmp_path, name="stepped.laz"), stepped), stepped, 1.5 * CELL_M, 0.35)
 
 
+@pytest.mark.parametrize("but", [lambda x, y: x < -5.0, lambda x, y: (abs(x) > 18) | (abs(y) > 13)])
+def test_a_building_that_is_classified_only_partly_is_one_building(tmp_path, stepped, but):
+    answer = read(stepped.las(tmp_path, but=but), stepped)
+    judge(answer, stepped, 1.5 * CELL_M, 0.35)
+    assert any("are unclassified: they are taken to be of the building" in told for told in answer.warnings)
+
+
 @pytest.mark.parametrize(("units", "factor"), [("mm", 1000.0), ("ft", 1 / 0.3048)])
 def test_a_mesh_lying_on_its_side_in_other_units_and_turned(tmp_path, stepped, units, factor):
     pytest.importorskip("trimesh", reason="the extra mesh is not installed")

@@ -72,13 +72,18 @@ def refusal(path, **request):
         ({"building": "yes", "height": "7'4\""}, (7 + 4 / 12) * 0.3048),
         ({"building": "yes", "building:levels": "4"}, 12.0),
         ({"building": "yes", "building:levels": "4", "height": "20"}, 20.0),
+        ({"building": "yes", "building:levels": "4", "roof:levels": "1"}, 15.0),
+        ({"building": "yes", "building:levels": "4", "roof:levels": "2", "roof:height": "4.5 m"}, 16.5),
+        ({"building": "yes", "building:levels": "4", "roof:levels": "0"}, 12.0),
     ],
 )
 def test_heights_as_osm_writes_them(tmp_path, tags, height_m):
     made = feature(box(0, 0, 20, 10))
     made["properties"] = tags
-    site = read(write(tmp_path, made)).site
-    assert site.heights.height_agl_m.max() == pytest.approx(height_m)
+    answer = read(write(tmp_path, made))
+    assert answer.site.heights.height_agl_m.max() == pytest.approx(height_m)
+    guessed = [told for told in answer.warnings if "guessed from storeys of 3 m" in told]
+    assert bool(guessed) == ("height" not in tags)
 
 
 def test_the_building_is_where_and_as_large_as_it_is(tmp_path):
@@ -173,7 +178,13 @@ def test_refusals_of_footprints(tmp_path):
     away = refusal(two, at=(LAT + 0.001, LON))
     assert "no building stands at" in away
     assert "m away" in away
+    assert "far away from [building] at" in refusal(two, at=(LAT + 50.0, LON))
     assert "id 'way/7'" in refusal(two, id="way/7")
+    assert "roof:levels = 'many'" in refusal(
+        write(
+            tmp_path, feature(box(0, 0, 9, 9), "x", building="yes", building__levels="2", roof__levels="many")
+        )
+    )
     assert "-12" in refusal(write(tmp_path, feature(box(0, 0, 9, 9), "x", building="yes", height="-12")))
     assert "none of its 1 features" in refusal(write(tmp_path, feature(box(0, 0, 9, 9), "x", highway="path")))
     swapped = feature(box(0, 0, 9, 9))

@@ -92,7 +92,7 @@ def city(tmp_path, stepped, change):
         (lambda d: d.pop("metadata"), "referenceSystem"),
         (lambda d: d["metadata"].update(referenceSystem="EPSG:999999"), "not known"),
         (lambda d: d["metadata"].update(referenceSystem="EPSG:4326"), "degrees"),
-        (lambda d: d["metadata"].update(referenceSystem="EPSG:28992"), "no building stands at"),
+        (lambda d: d["metadata"].update(referenceSystem="EPSG:28992"), "correct the map's CRS"),
         (lambda d: d.update(CityObjects={}), "no building"),
         (lambda d: d["vertices"].append([1, 2, float("nan")]), "not finite"),
         (lambda d: d.update(vertices=d["vertices"][:5]), "not among the 5 vertices"),

@@ -5,7 +5,7 @@ import pytest
 
 from mavspiral.frames import GeoPoint, LocalFrame
 from mavspiral.shape.heightmap import HeightMap, Site
-from mavspiral.show.scene import Scene
+from mavspiral.show.scene import AZIMUTH_DEG, Scene
 from mavspiral.show.skin import UNSEEN_RGB, Skin, gsd_rgb
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.coverage import Demand, measure_coverage
@@ -62,3 +62,18 @@ def test_walls_take_the_colour_of_their_pixels_and_the_unseen_is_red(site):
     assert not same_hue(roof, UNSEEN_RGB)
     roofs = Skin(site, skin.coverage, roofs=True)
     assert same_hue(roofs._colours(np.array([[20.5, 15.5, 10.0]]), scene)[0], UNSEEN_RGB)
+
+
+def test_a_house_is_shown_from_where_most_of_its_walls_is_in_sight(site):
+    def azimuth_deg(site):
+        camera = Camera(0.010, (0.015, 0.010), (6000, 4000), 0.0005, 0.7, True)
+        shots = Shots([0.0], [[20.0, 2.0, 5.0]], [math.pi / 2], [0.0])
+        demand = Demand(0.004, math.radians(60), 1)
+        coverage = measure_coverage(patches_of(site), shots, site, camera, demand)
+        return Skin(site, coverage, roofs=False).azimuth_deg()
+
+    assert azimuth_deg(site) == AZIMUTH_DEG  # free-standing: the usual side
+    heights = site.heights.height_agl_m.copy()
+    heights[:30, :9] = heights[2:5, :] = 30.0  # what stands west and south of it hides that
+    hidden = Site(HeightMap(heights, 1.0, site.heights.frame, np.zeros(2)), site.building)
+    assert azimuth_deg(hidden) in {0.0, 30.0, 60.0, 90.0}

@@ -157,7 +157,8 @@ def test_a_notch_narrower_than_a_drone_is_named_unseeable_and_the_rest_seeable(t
         coverage.walls / coverage.walls_seeable, abs=1e-4
     )
     assert coverage.summary()["roof_seeable"] is None
-    lines = unseen_lines(coverage, shots, site, camera, narrow_m=12.0, room=ROOM, roofs=False)
+    closed = np.zeros_like(site.building)
+    lines = unseen_lines(coverage, shots, site, camera, narrow_m=12.0, room=ROOM, roofs=False, closed=closed)
     assert any(
         "no safe pose sees it: facing something 2 m away" in line and "2.0 m of clearance" in line
         for line in lines

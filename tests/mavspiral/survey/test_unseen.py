@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 
+from mavspiral.shape.courts import enclosed_ground
 from mavspiral.survey.coverage import Demand, measure_coverage
 from mavspiral.survey.patches import patches_of
 from mavspiral.survey.seeable import Room
@@ -10,11 +11,18 @@ from mavspiral.survey.unseen import unseen_lines
 HOUSE = [(20, 20, 40, 30, 10)]
 
 
-def lines(trial, camera, shots, demand, building=HOUSE, obstacles=(), narrow_m=5.0, roofs=False):
+def lines(trial, camera, shots, demand, building=HOUSE, obstacles=(), narrow_m=5.0, roofs=False, closed=None):
     site = trial.site_of(building, obstacles)
     coverage = measure_coverage(patches_of(site), shots, site, camera, demand)
     return unseen_lines(
-        coverage, shots, site, camera, narrow_m=narrow_m, room=Room(2.0, 2.0, 60.0), roofs=roofs
+        coverage,
+        shots,
+        site,
+        camera,
+        narrow_m=narrow_m,
+        room=Room(2.0, 2.0, 60.0),
+        roofs=roofs,
+        closed=np.zeros_like(site.building) if closed is None else closed(site.building),
     )
 
 
@@ -77,3 +85,13 @@ def test_roofs_are_told_of_when_asked(trial, camera):
     shots, demand = all_round(trial, 5.0), Demand(0.01, 1.0, 1)
     assert not any("roof" in line for line in lines(trial, camera, shots, demand))
     assert "unseen roof: 200 m² (100.0 %)" in " ".join(lines(trial, camera, shots, demand, roofs=True))
+
+
+def test_a_courtyard_that_nobody_asked_for_is_named(trial, camera):
+    ring = [(20, 20, 40, 24, 10), (20, 36, 40, 40, 10), (20, 24, 24, 36, 10), (36, 24, 40, 36, 10)]
+    shots, demand = all_round(trial, 5), Demand(0.01, math.radians(60), 1)
+    told = lines(trial, camera, shots, demand, building=ring, closed=enclosed_ground)
+    assert any("in a courtyard, which courtyards = false leaves alone; all sides" in line for line in told), (
+        told
+    )
+    assert not any("courtyard" in line for line in lines(trial, camera, shots, demand, building=ring))

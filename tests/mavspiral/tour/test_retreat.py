@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mavspiral.survey.solids import Solids
-from mavspiral.tour.retreat import FARTHEST_M, retreat
+from mavspiral.tour.retreat import FARTHEST_M, comes_down_aside, retreat
 
 
 def tower(size=20, height_m=30.0):
@@ -67,6 +67,11 @@ def test_too_far_inside_a_roof_for_that_it_leads_away_from_the_tower():
     wide[40:60, 40:60] = 40.0
     found = retreat(Solids.of(wide, 1.0, (0.0, 0.0)), np.array([50.0, 62.0, 20.0]))
     assert found == pytest.approx([50.0, 68.0, 20.0], abs=0.5)
+
+
+@pytest.mark.parametrize(("inside_m", "aside"), [(-1.5, True), (3.0, True), (5.5, True), (7.0, False)])
+def test_whether_it_comes_down_beside_a_roof_hangs_on_how_far_inside_it_is(inside_m, aside):
+    assert comes_down_aside(roofed(), np.array([40.0, 60.0 - inside_m, 16.0])) is aside
 
 
 def test_off_the_roof_never_leads_towards_a_neighbour():
