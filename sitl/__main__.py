@@ -162,8 +162,9 @@ def _awaited(simulator: Simulator) -> str:
 
 def _warm_up(config: SimulatorConfig) -> None:
     """Live with a vehicle that is thrown away: numba compiles while nobody on the air waits for it."""
-    with compiled_beside():
-        pass
+    with compiled_beside() as compiling:
+        if compiling:
+            print("sitl: compiling, this once; it may take a minute", flush=True)
     Simulator(config).exchange(_WARM_UP_US, (b"", b""))
 
 

@@ -35,8 +35,8 @@ _AIRFRAME = "x500"
 
 
 @contextmanager
-def compiled_beside() -> Iterator[None]:
-    """The block runs while the vehicle's kernels compile; at its end they are in the cache.
+def compiled_beside() -> Iterator[bool]:
+    """The block runs while the vehicle's kernels compile; at its end they are in the cache. It is told whether they do.
 
     A process that fails only leaves its work to the caller. It ends when the block raises, or when our own process
     ends, whatever ends it.
@@ -46,7 +46,7 @@ def compiled_beside() -> Iterator[None]:
         ready = is_compiled(live) and is_compiled(report) and is_compiled(shape_yaw)
         if _is_python(sys.executable) and not ready:
             workers = [leaving.enter_context(_worker(half)) for half in _HALVES]
-        yield
+        yield bool(workers)
         for worker in workers:
             worker.wait()
 

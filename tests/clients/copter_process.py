@@ -26,7 +26,7 @@ def _started(options):
             stderr=subprocess.PIPE,
             text=True,
         )
-        if "TCP" in process.stdout.readline():
+        if any("TCP" in line for line in process.stdout):  # it may compile first, and says so
             return process, ports
         said = process.communicate()[1]
         assert "is taken" in said, said
