@@ -207,6 +207,6 @@ def _flight_profiles(flight: Flight) -> tuple[Profile, ...]:
     return (
         Profile("tracking error (truth against reference), m", t_s, error_m, accept.tracking_p95_m),
         Profile("estimate against truth, m", t_s, believed_m, None),
-        Profile("height above ground, m", t_s, log.truth_position_enu_m[:, 2], None),
+        Profile("height above the building's ground, m", t_s, log.truth_position_enu_m[:, 2], None),
         Profile("clearance, m", flight.clearance_t_s, flight.clearance_m, accept.clearance_min_m),
     )

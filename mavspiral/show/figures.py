@@ -100,8 +100,8 @@ def _head(figure: Figure, title: str, flown: FlownPath | None) -> None:
         words.append((f"flown ({flown.source})", FLOWN))
     x = 0.02
     for text, colour in words:
-        figure.text(x, 0.915, text, color=colour, fontsize=9, fontweight="bold")
-        x += 0.0073 * len(text) + 0.01
+        word = figure.text(x, 0.915, text, color=colour, fontsize=9, fontweight="bold")
+        x = word.get_window_extent().x1 / figure.bbox.width + 0.015
 
 
 def _gsd_key(figure: Figure, skin: Skin) -> None:

@@ -16,7 +16,7 @@ h1{font-size:1.7rem;margin:0} p.sub{color:#5b6b7a;margin:.2rem 0 1.2rem}
 .pass{background:#2e7d32}.fail{background:#c62828}
 table{border-collapse:collapse;margin:1rem 0 1.6rem;min-width:26rem}
 th,td{text-align:left;padding:.3rem 1.2rem .3rem 0;border-bottom:1px solid #e3e8ed;vertical-align:top}
-td.n{text-align:right;font-variant-numeric:tabular-nums} img{max-width:100%;border:1px solid #e3e8ed}
+td.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums} img{max-width:100%;border:1px solid #e3e8ed}
 li{margin:.15rem 0} .warning{color:#b26a00}.error{color:#c62828}
 """
 

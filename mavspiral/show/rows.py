@@ -36,7 +36,7 @@ def plan_rows(s: dict[str, Any]) -> list[tuple[str, str, str]]:
         *_of_seeable(s, "roof"),
         ("pixel on the wall, 95 %", _with_unit(s["coverage"]["gsd_p95_mm"], "mm"), ""),
         ("incidence, 95 %", _with_unit(s["coverage"]["incidence_p95_deg"], "°"), ""),
-        ("planning", f"{s['planning_ms']['total']:.0f} ms", ""),
+        ("planning", f"{1e-3 * s['planning_ms']['total']:.2f} s", ""),
     ]
 
 
