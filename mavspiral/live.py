@@ -17,7 +17,7 @@ from mavspiral.errors import InputError
 from mavspiral.flight.alignment import shifted
 from mavspiral.flight.autopilots import PROFILES, Autopilot, autopilot_name
 from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
-from mavspiral.flight.journal import JournalWriter
+from mavspiral.flight.journal import JournalWriter, borrowed_in
 from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
 from mavspiral.flight.realtime import drive, signer_now
 from mavspiral.flight.session import Session
@@ -73,7 +73,7 @@ def fly(
 
     Where one battery does not last, the first sortie is flown. With a `folder`, NAME.journal and NAME.tlog in it grow as it
     flies, and `resume` goes on where the flights in that journal ended; shots that they missed are flown again, the first gap first. `set_failsafes` sets the vehicle's parameters for the
-    loss of the link before the flight, and puts them back after it.
+    loss of the link before the flight, and puts them back after it; those that an earlier flight of that journal could not put back, too.
     With a `signing_key` (32 bytes, `read_key`) both ends sign, and what is not signed is refused and counted.
     The vehicle that stands `align_at` a known place of the plan says where it lies: `approve` is asked whether the plan may
     be shifted so, and `resume` keeps it. A dry run writes that in the journal, too.
@@ -100,6 +100,7 @@ def fly(
                 rate_hz=rate_hz,
                 safe_height_enu_m=inspection.safe_height_enu_m,
                 set_failsafes=set_failsafes,
+                borrowed=borrowed_in(folder / f"{name}.journal") if folder else {},
                 planned_for=_planned_for(inspection.mission),
                 question=f"arm the vehicle at {url} and fly {name}" if asks else "",
             ),

@@ -7,6 +7,7 @@ most one record torn, the last; reading ends there, and writing goes on there.
     B  JSON   a flight begins: what is flown, of which plan, from where to where
     A  JSON   where the plan lies: {"shift_enu_m": [east, north, 0]}; without it, as planned
     P  JSON   where it is placed: the vehicle's origin, the legs, when the inspection begins
+    F  JSON   parameters set for the flight and not yet put back: {name: [the vehicle's own value, the one given]}
     R  rows   of the flight log, 19 doubles each (`Recorder`)
     E  JSON   an event: [t_us, severity, text]
     S  JSON   pictures: [shot, the vehicle's seconds, the camera's number] each
@@ -34,7 +35,7 @@ from mavspiral.flight.session import Session
 from mavspiral.flight.shutter import Picture
 from mavspiral.frames import GeoPoint, LocalFrame
 
-__all__ = ["JournalWriter", "JournaledFlight", "read_journal", "whole_n"]
+__all__ = ["JournalWriter", "JournaledFlight", "borrowed_in", "read_journal", "whole_n"]
 
 _HEAD = struct.Struct("<cI")
 _CRC = struct.Struct("<I")
@@ -83,6 +84,7 @@ class JournalWriter:
         self._rows_n = 0
         self._pictures_n = 0
         self._placed = False
+        self._borrowed: dict[str, tuple[float, float]] = {}
 
     def begin(self, facts: dict[str, Any]) -> None:
         """The flight begins; `facts` are what a later one must know."""
@@ -106,6 +108,9 @@ class JournalWriter:
             )
         for event in step.events:
             self._json(b"E", event)
+        if (borrowed := session.borrowed) != self._borrowed:
+            self._borrowed = borrowed
+            self._json(b"F", borrowed)
         pictures = session.pictures[self._pictures_n :]
         if pictures:
             self._pictures_n += len(pictures)
@@ -178,6 +183,13 @@ def read_journal(path: Path) -> tuple[JournaledFlight, ...]:
     if data and not flights:
         raise InputError(f"{path}: is no journal of mavspiral. Fix: move it away, and `fly` without --resume")
     return tuple(flights)
+
+
+def borrowed_in(path: Path) -> dict[str, tuple[float, float]]:
+    """What the flights in the journal at `path` have set and not put back (`Session.borrowed`); nothing without one."""
+    data = path.read_bytes() if path.exists() else b""
+    told = [body for kind, body in _records(data) if kind == b"F"]
+    return {name: (own, given) for name, (own, given) in json.loads(told[-1]).items()} if told else {}
 
 
 def whole_n(path: Path) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
@@ -62,6 +62,8 @@ class SessionConfig:
         safe_height_enu_m: the height in the plan's ENU above which nothing stands in a straight way home.
         lost_after_s: a silence after which the link is lost and the setpoints end.
         set_failsafes: set the parameters that make a lost link safe before the flight, and put them back after it.
+        borrowed: parameters that an earlier flight has set and could not put back: the vehicle's own value of each, and
+            the one that it was given. Those that are still so are put back after this flight.
         dry_run: do everything but arm; nothing is set either.
         question: what must be approved after the checks, before anything is set or armed; empty if nothing.
         planned_for: the autopilot that the mission names, if it names one; another one is told of.
@@ -78,6 +80,7 @@ class SessionConfig:
     safe_height_enu_m: float = -math.inf
     lost_after_s: float = 5.0
     set_failsafes: bool = False
+    borrowed: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     dry_run: bool = False
     question: str = ""
     planned_for: str | None = None

@@ -13,6 +13,7 @@ from typing import Any
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import LimitError
 from mavspiral.flight.alignment import Alignment
+from mavspiral.flight.failsafes import borrowed
 from mavspiral.flight.flight_log import Event, FlightLog
 from mavspiral.flight.helm import Helm
 from mavspiral.flight.link import Link
@@ -190,6 +191,11 @@ class Session:
     def missed_shots(self) -> tuple[int, ...]:
         """The shots, from 0 on the flight's own, that were commanded and never taken."""
         return () if self._shutter is None else self._shutter.missed
+
+    @property
+    def borrowed(self) -> dict[str, tuple[float, float]]:
+        """Of each parameter that this flight has yet to put back: the vehicle's own value, and the one that it was given."""
+        return borrowed(self._s)
 
     @property
     def origin(self) -> Origin | None:

@@ -52,7 +52,7 @@ class Situation:
         follower: what is being flown, from pre-stream on.
         consented: whether the config's question was answered with yes.
         alignment: where the vehicle is said to stand, and what came of it; None where the plan lies as it is.
-        failsafes_wanted: the parameters that are set for this flight, and `failsafes_before` what they were.
+        failsafes_wanted: the parameters that are set for this flight, and `failsafes_before` the vehicle's own values.
     """
 
     route: Route

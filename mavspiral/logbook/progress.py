@@ -11,7 +11,7 @@ import numpy as np
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import FlightLog
-from mavspiral.flight.journal import read_journal
+from mavspiral.flight.journal import borrowed_in, read_journal
 from mavspiral.flight.shutter import Picture
 from mavspiral.inspection import Inspection
 from mavspiral.survey.shots import Shots, flown_shots, shots_at
@@ -96,7 +96,9 @@ def progress_of(inspection: Inspection, path: Path) -> Progress:
         shifts_enu_m.append(np.zeros(3) if flight.shift_enu_m is None else flight.shift_enu_m)
         shots.append(estimated_shots(inspection, sortie, log, begins_s, flight.pictures))
     if not (left_s := left_of(inspection, tuple(flown))):
-        raise InputError(f"{path}: nothing is left to fly. Fix: begin afresh without --resume")
+        left = [f"{name} = {given:g} (was {own:g})" for name, (own, given) in borrowed_in(path).items()]
+        also = f"; still set on the vehicle: {', '.join(left)}" if left else ""
+        raise InputError(f"{path}: nothing is left to fly{also}. Fix: begin afresh without --resume")
     shift_enu_m = told[-1].shift_enu_m if told else None
     return Progress(
         len(chain),

@@ -16,7 +16,7 @@ import pytest
 from patience import eventually
 from pymavlink import mavutil
 
-from mavspiral.flight.journal import read_journal
+from mavspiral.flight.journal import borrowed_in, read_journal
 from mavspiral.logbook.card import card_numbers
 from mavspiral.logbook.progress import progress_of
 from mavspiral.survey.solids import Solids
@@ -86,13 +86,14 @@ def setpoints_ms(tlog):
 
 def test_killed_in_mid_inspection_it_resumes_and_every_wall_is_seen(start_vehicle, tmp_path):
     vehicle = start_vehicle("--speedup", "8", "--tlog", str(tmp_path / "vehicle.tlog"))
-    flying = Flying(vehicle, tmp_path)
+    flying = Flying(vehicle, tmp_path, "--set-failsafes")
     flying.wait_for("leg inspection")
     inspects(tmp_path, 25.0)  # a third of it or so
     flying.process.kill()
     assert flying.end()[0] == -signal.SIGKILL
     [killed] = read_journal(tmp_path / "kiosk.journal")
     assert killed.end is None and killed.events
+    assert borrowed_in(tmp_path / "kiosk.journal"), "nobody lived to put the vehicle's own parameters back"
     vehicle.says("disarm", FLIES_S)
     sent_ms, last_ms = setpoints_ms(tmp_path / "vehicle.tlog"), killed.rows[-1, 1] / 1e3
     assert np.sum(sent_ms <= last_ms) > RATE_HZ
@@ -105,6 +106,7 @@ def test_killed_in_mid_inspection_it_resumes_and_every_wall_is_seen(start_vehicl
     assert code == 0, (summary["failures"], errors)
     assert summary["inspected"]["flights"] == 2
     assert summary["coverage"]["walls"] > 0.99
+    assert not borrowed_in(tmp_path / "kiosk.journal"), "the resumed flight did"
     _, second = read_journal(tmp_path / "kiosk.journal")
     taken_n = len(killed.pictures) + len(second.pictures)
     # Whose telling was late or lost may have no number: on the wall clock some have none, in lockstep all have.

@@ -1,9 +1,12 @@
 """What the vehicle does without us: checked, or set for the flight and put back."""
 
-import pytest
-from fake_flight import fly, make_session
-from fake_px4 import POSCTL
+from dataclasses import replace
 
+import pytest
+from fake_flight import HOME, VEHICLE_ORIGIN, fly, make_session
+from fake_px4 import POSCTL, FakePx4
+
+from mavspiral.flight.journal import JournalWriter, borrowed_in
 from mavspiral.flight.outcome import SessionConfig, State
 
 UNSAFE = {
@@ -105,3 +108,51 @@ def test_what_a_failing_battery_does_is_said_and_only_where_it_does_it(px4):
         fly(session, px4)
         said = [event for event in session.events if words in event.text]
         assert [event.severity for event in said] == ["info"] * told
+
+
+def journaled(path, careless, config, *, until=None):
+    """A flight that is written into the journal at `path`."""
+    session = make_session(config)
+    with path.open("ab") as file:
+        writer = JournalWriter(file.write)
+        writer.begin({})
+        step = session.step
+
+        def noted(now_us, received):
+            writer.note(session, taken := step(now_us, received))
+            return taken
+
+        session.step = noted
+        fly(session, careless, until=until and (lambda: until(session)))
+    return session
+
+
+def stands_at_home_again(px4):
+    """The same vehicle after it has come down by itself."""
+    later = FakePx4(VEHICLE_ORIGIN, HOME)
+    later.parameters = px4.parameters
+    return later
+
+
+@pytest.mark.parametrize("again", [sets(), SessionConfig(safe_height_enu_m=40.5)], ids=["asked", "not-asked"])
+def test_what_a_killed_flight_has_set_the_next_one_puts_back(careless, tmp_path, again):
+    journaled(tmp_path / "j", careless, sets(), until=lambda session: session.path_t_s > 3)
+    assert {name: careless.parameters[name] for name in SAFE} == pytest.approx(SAFE)
+    owed = borrowed_in(tmp_path / "j")
+    assert owed == {name: pytest.approx((UNSAFE[name], SAFE[name])) for name in SAFE}
+    careless = stands_at_home_again(careless)
+    session = journaled(tmp_path / "j", careless, replace(again, borrowed=owed))
+    assert session.outcome.ok, session.outcome
+    assert {name: careless.parameters[name] for name in UNSAFE} == pytest.approx(UNSAFE)
+    told = [event.text for event in session.events if "an earlier flight has left" in event.text]
+    assert len(told) == 1 and "COM_OBL_RC_ACT = 3 (was 0)" in told[0]
+    assert not borrowed_in(tmp_path / "j")
+
+
+def test_what_somebody_has_changed_since_the_killed_flight_is_left_alone(careless):
+    careless.parameters |= SAFE | {"COM_OBL_RC_ACT": 5}
+    owed = {"COM_OBL_RC_ACT": (0.0, 3.0), "RTL_TYPE": (2.0, 0.0)}
+    session = make_session(sets(borrowed=owed))
+    fly(session, careless)
+    assert session.outcome.ok
+    assert careless.parameters["COM_OBL_RC_ACT"] == 5 and careless.parameters["RTL_TYPE"] == 2
