@@ -1,7 +1,8 @@
 """Camera and gimbal while streaming: each shot and each tilt commanded at its time along the path.
 
 A shot by `camera` is numbered, and commanded again under the same number until its picture is told or the next is due,
-so that a lost packet costs no picture and makes no second one. The camera numbers its pictures too: a gap in what is
+so that a lost packet costs no picture and makes no second one. Its answers bear no number: each is taken for that to the oldest
+command not yet answered. A camera that is still busy with the shot before is asked until it is free. The camera numbers its pictures too: a gap in what is
 told of them is a picture that was taken and whose telling was lost. Behind the last shot that was told there is no gap:
 there the camera is asked for its next picture, until it tells or denies it. Before the first that was told there is none
 either: if the camera does not count it as its first, it is asked for the one before, whether that was ours. A shot by `digicam` cannot be numbered and
@@ -12,6 +13,7 @@ runs by itself, and nothing is counted.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -29,6 +31,7 @@ _TRIES_N = 4
 _ASKS_N = 25
 _REFUSED = frozenset({Result.DENIED, Result.UNSUPPORTED, Result.FAILED})
 _UNTOLD_S = 1.5
+_ANSWERS_US = 1_000_000
 _EARLY_S = 0.05  # a picture's time may be a frame before that of its command, as we read the vehicle's clock
 _TILT_EVERY_US = 200_000
 _TILT_DEG = 0.5
@@ -92,6 +95,7 @@ class Shutter:
         self._next_s = math.inf
         self._pitches_deg: list[float] = []
         self._open: list[_Order] = []
+        self._unanswered: deque[tuple[int, int]] = deque()
         self._newest: int | None = None
         self._doubted: list[_Order] = []  # before the first picture that was told
         self._before, self._before_due_us, self._before_asks_n = -1, 0, 0
@@ -149,9 +153,8 @@ class Shutter:
             elif message.taken and self._doubted and message.image_index == self._before:
                 self._taken_before(message.time_boot_ms * 1e-3)
         elif isinstance(message, CommandAck):
-            if message.command == Command.IMAGE_START_CAPTURE and message.result == Result.ACCEPTED:
-                for order in [order for order in self._open if not order.accepted][:1]:
-                    order.accepted = True
+            if message.command == Command.IMAGE_START_CAPTURE:
+                self._answer_to_shot(message.result)
             elif message.command == Command.REQUEST_MESSAGE and message.result in _REFUSED:
                 if self._before_asks_n:
                     self._deny_doubted()
@@ -162,6 +165,16 @@ class Shutter:
                 self._answered = True
             elif message.command == self._s.profile.gimbal(0.0)[0]:
                 self._tilted = True
+
+    def _answer_to_shot(self, result: int) -> None:
+        """The camera has answered the oldest command that it may yet answer; what came too late was lost."""
+        while self._unanswered and self._s.now_us - self._unanswered[0][1] > _ANSWERS_US:
+            self._unanswered.popleft()
+        shot = self._unanswered.popleft()[0] if self._unanswered else -1
+        for order in self._open:
+            if order.shot == shot:
+                order.accepted |= result == Result.ACCEPTED
+                order.tries_n -= result == Result.TEMPORARILY_REJECTED
 
     def _taken(self, vehicle_s: float, unheard_n: int, image_index: int) -> None:
         """A picture was taken then, and `unheard_n` others since the last that was told; -1 where none was."""
@@ -253,6 +266,7 @@ class Shutter:
     def _commanded(self, shot: int) -> bytes:
         if self._orders.trigger == "digicam":
             return self._s.link.command(Command.DO_DIGICAM_CONTROL, 0.0, 0.0, 0.0, 0.0, 1.0)
+        self._unanswered.append((shot, self._s.now_us))
         return self._s.link.command(
             Command.IMAGE_START_CAPTURE, 0.0, 0.0, 1.0, shot + 1.0, component=self._s.profile.camera_id
         )

@@ -112,6 +112,8 @@ class Commander(Pilot[CommanderState]):
             case StartMission():
                 return self._start_mission(condition)
             case UsePayload(item):
+                if self._state.payload.is_busy_for(item):
+                    return Verdict.NOT_NOW
                 told = self._state.payload.told(item, self._state.home)
                 self._state.payload = replace(told, paused=False)
                 return Verdict.ACCEPTED

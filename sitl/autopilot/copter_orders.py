@@ -78,6 +78,8 @@ def carry_out(
             state.auto_armed |= verdict is Verdict.ACCEPTED
             return verdict
         case UsePayload(item):
+            if state.payload.is_busy_for(item):
+                return Verdict.NOT_NOW
             state.payload = replace(state.payload.told(item, state.home), paused=False)
             return Verdict.ACCEPTED
         case SetHome(point):

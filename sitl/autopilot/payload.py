@@ -16,6 +16,7 @@ __all__ = ["Payload"]
 
 _ROI_LOCATION_MODE = 3
 _FOREVER = -1
+_START_CAPTURE = 2000
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +45,12 @@ class Payload:
         """The payload after that command."""
         act = _ACTS.get(item.command)
         return self if act is None else act(self, item, home)
+
+    def is_busy_for(self, item: PlanItem) -> bool:
+        """Whether it cannot take a single picture that is ordered because the one before is not taken yet."""
+        interval_s, count, number = item.params[1:4]
+        single = item.command == _START_CAPTURE and (count == 1.0 or not interval_s > 0.0)
+        return single and self.snap and not (number > 0.0 and number == self.number)
 
     @property
     def status(self) -> PayloadStatus:
@@ -199,6 +206,6 @@ _ACTS: Mapping[int, _Act] = {
     214: _by_interval,
     1000: _gimbal,
     1001: _controlled,
-    2000: _start,
+    _START_CAPTURE: _start,
     2001: _stop,
 }

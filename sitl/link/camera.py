@@ -42,6 +42,11 @@ _DONE, _DENIED, _UNKNOWN = (
     common.MAV_RESULT_DENIED,
     common.MAV_RESULT_UNSUPPORTED,
 )
+_RESULTS = {
+    Verdict.ACCEPTED: _DONE,
+    Verdict.NOT_NOW: common.MAV_RESULT_TEMPORARILY_REJECTED,
+    Verdict.DENIED: _DENIED,
+}
 _SHOOTING = (common.MAV_CMD_IMAGE_START_CAPTURE, common.MAV_CMD_IMAGE_STOP_CAPTURE)
 
 
@@ -177,8 +182,7 @@ class Camera:
             return (_UNKNOWN, None) if builder is None else (_DONE, builder(helm.report()))
         if command.number in _SHOOTING:
             order = ORDERS[command.number](command, helm.report().flight)
-            done = order is not None and helm.obey(order) is Verdict.ACCEPTED
-            return (_DONE if done else _DENIED), None
+            return _DENIED if order is None else _RESULTS[helm.obey(order)], None
         if command.number == common.MAV_CMD_SET_CAMERA_MODE:
             if command.param2 != _IMAGE_MODE:
                 return _DENIED, None

@@ -19,6 +19,8 @@ DUE_S = np.array([6.0, 8.0, 11.0, 20.0, 26.0])
 class WithCamera(FakePx4):
     """A vehicle whose camera has an address of its own and takes each number once."""
 
+    busy_until_s = 0.0
+
     def __init__(self, *args, deaf_n=0):
         super().__init__(*args)
         self.shots, self.triggers, self.tilts, self.deaf_n = [], [], [], deaf_n
@@ -32,10 +34,11 @@ class WithCamera(FakePx4):
             if m.command == Command.REQUEST_MESSAGE:
                 self._retell(int(m.param1), int(m.param2))
                 return
-            if m.param4 not in [number for number, _ in self.shots]:
+            busy = self._boot_us * 1e-6 < self.busy_until_s
+            if not busy and m.param4 not in [number for number, _ in self.shots]:
                 self.shots.append((m.param4, self._boot_us * 1e-6))
                 self._image()
-            ack = mavlink.MAVLink_command_ack_message(m.command, 0)
+            ack = mavlink.MAVLink_command_ack_message(m.command, 1 if busy else 0)
             frame = ack.pack(mavlink.MAVLink(None, 1, PX4.camera_id))
             self._out.append(frame)
             return
@@ -194,6 +197,44 @@ def test_on_a_vehicle_that_lives_faster_a_picture_is_its_own_shots_though_its_cl
         if index != 1:
             shutter.heard(ImageCaptured(round(vehicle_s * 1e3), index, True))
     assert shutter.pictures == [Picture(0, 1.0, 0), Picture(1, 1.7), Picture(2, 2.33, 2)]
+
+
+def test_a_camera_that_is_busy_is_asked_until_it_is_free(vehicle):
+    session = shooting("camera")
+
+    def busy(_now_us):
+        if session.path_t_s < 7.2:  # the first shot is due at 6, the second at 8
+            vehicle.busy_until_s = vehicle._boot_us * 1e-6 + 0.1
+
+    fly(session, vehicle, each=busy)
+    assert session.outcome.ok and session.missed_shots == ()
+    assert [number for number, _ in vehicle.shots] == [1.0, 2.0, 3.0, 4.0, 5.0]
+
+
+def test_the_answer_to_a_repeated_command_is_not_taken_for_that_to_the_next_shot():
+    """The first shot is commanded twice and its picture told; the second answer comes when the next was commanded, which is lost."""
+    flight = SimpleNamespace(sampled=lambda _: SimpleNamespace(gimbal_pitch_rad=np.zeros(99)))
+    clock = SimpleNamespace(rate=1.0, at=lambda now_us: now_us)
+    said = []
+    s = SimpleNamespace(
+        trajectory=flight, clock=clock, profile=PX4, tell=lambda *words: said.append(words[1])
+    )
+    s.link = SimpleNamespace(command=lambda *words, component=0: b"")
+    shutter = Shutter(s, ShotOrders("camera", 0.0, False, lambda _: np.array([1.0, 1.3, 4.0])))
+    accepted = CommandAck(Command.IMAGE_START_CAPTURE, 0)
+    heard = {
+        1.22: [accepted, ImageCaptured(1000, 0, True)],  # late: it was asked again at 1.2
+        1.32: [accepted],
+        4.02: [accepted, ImageCaptured(4000, 1, True)],
+    }
+    for tick in range(250):
+        path_t_s = round(0.02 * tick, 2)
+        s.now_us, s.path_t_s = round(path_t_s * 1e6), path_t_s
+        for message in heard.get(path_t_s, ()):
+            shutter.heard(message)
+        shutter.tick()
+    assert [picture.shot for picture in shutter.pictures] == [0, 2]
+    assert shutter.missed == (1,) and "shot 2 was not taken" in said
 
 
 def test_by_distance_it_begins_with_the_first_shot_and_ends_after_the_last(vehicle):

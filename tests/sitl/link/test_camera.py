@@ -69,6 +69,19 @@ def test_pictures_are_taken_counted_and_stored(camera, pick):
     assert pick(heard, "STORAGE_INFORMATION")[0].used_capacity > 0.0
 
 
+@pytest.mark.parametrize(("number", "result"), [(2.0, 1), (1.0, 0), (0.0, 1)])
+def test_a_camera_that_has_not_taken_the_last_picture_says_that_it_is_busy(camera, pick, number, result):
+    """Both commands come within one frame: each that it accepts makes a picture, the same number the same one."""
+    for each in (1.0, number):
+        camera.command(2000, 0.0, 0.0, 1.0, each, component=CAMERA)
+    heard = camera.live(0.1)
+    assert [ack.result for ack in pick(heard, "COMMAND_ACK")] == [0, result]
+    assert len(pick(heard, "CAMERA_IMAGE_CAPTURED")) == 1
+    assert asked(camera, pick, 2000, 0.0, 0.0, 1.0, number)[0] == 0
+    taken_n = len(pick([message for _, _, message in camera.heard], "CAMERA_IMAGE_CAPTURED"))
+    assert taken_n == (1 if number == 1.0 else 2)
+
+
 def test_a_picture_is_told_again_to_whoever_asks_for_its_number(camera, pick):
     asked(camera, pick, 2000, 0.0, 0.5, 2.0)
     camera.live(2.0)
