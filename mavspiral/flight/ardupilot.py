@@ -130,6 +130,7 @@ ARDUPILOT = Profile(
         "RTL_ALT_TYPE": "its own RTL counts its height above a terrain that it may not know",
     },
     low_battery=None,
+    unguarded=None,  # its failsafe listens to our heartbeat, setpoints or not
     damping=None,
     feels_drag=False,
 )

@@ -30,6 +30,7 @@ def check_before_arming(
     findings = [
         *_state(vehicle, battery_min_pct),
         *_low_battery(vehicle, profile),
+        *([] if profile.unguarded is None else [("info", profile.unguarded)]),
         *_speeds(vehicle, profile, extremes),
     ]
     if not sets_failsafes:

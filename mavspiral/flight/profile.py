@@ -58,6 +58,7 @@ class Profile:
         failsafes: what each parameter that makes a lost link safe must be, from what it is and the height
             above home, in metres, over which a straight way home is free.
         low_battery: parameter whose values but 0 make it act on a low battery by itself, and what that is near a building.
+        unguarded: when none of its failsafes acts though we are gone, in words; None where one always does.
         damping: parameter that says what share of its measured acceleration it takes off again, if it does.
         feels_drag: a setpoint's acceleration may hold what the air takes; else it is the motion's alone.
     """
@@ -100,6 +101,7 @@ class Profile:
     failsafes: Mapping[str, Callable[[float, float], float]]
     pitfalls: Mapping[str, str]
     low_battery: tuple[str, str] | None
+    unguarded: str | None
     damping: str | None
     feels_drag: bool
 

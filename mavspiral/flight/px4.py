@@ -135,6 +135,9 @@ PX4 = Profile(
         "a battery that fails at once (below BAT_CRIT_THR) is its own affair: it returns straight over the building, and "
         "lands where it is below BAT_EMERGEN_THR, be it on a roof; take over if it would",
     ),
+    # NAV_DLL_ACT is no way out: it waits for the heartbeat of a ground station, which we are not.
+    unguarded="until it flies by our setpoints (OFFBOARD), none of its failsafes acts if mavspiral dies or its link breaks: "
+    "it ends its climb and hovers above home; then land it yourself (AUTO.LAND)",
     damping="MPC_XY_VEL_D_ACC",
     feels_drag=True,
 )

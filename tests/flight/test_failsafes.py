@@ -100,6 +100,14 @@ def test_a_vehicle_that_does_not_take_them_is_not_armed(careless):
     assert "does not take the parameters" in session.outcome.reason and not careless.armed
 
 
+@pytest.mark.parametrize("config", [SessionConfig(), sets()], ids=["not-set", "set"])
+def test_that_nothing_guards_a_px4s_climb_is_said_once_before_it_is_armed(careless, config):
+    session = make_session(config)
+    fly(session, careless, until=lambda: careless.armed)
+    said = [event for event in session.events if "hovers above home" in event.text]
+    assert [event.severity for event in said] == ["info"]
+
+
 def test_what_a_failing_battery_does_is_said_and_only_where_it_does_it(px4):
     words = "COM_LOW_BAT_ACT = 3: a battery that fails at once"
     for acts, told in ((3, True), (0, False)):
