@@ -146,7 +146,9 @@ def survey_of(
 
 def _remedy(certificate: Certificate) -> str:
     """In words: what to change for a plan that fails; where something is too near, which clearance would do."""
-    near = certificate["clearance"]
+    near, height = certificate["clearance"], certificate["height"]
+    if not height.ok:
+        return f"[limits] ceiling_m ≥ {math.ceil(height.worst)}, or a lower top_m, and above a roof [inspection] roof = false"
     elsewhere = "another standoff_m, or another band (bottom_m, top_m) away from it"
     if near.ok:
         return elsewhere

@@ -25,6 +25,7 @@ SAME_PLACE_M = 2.0
 SAME_ROW_M = 0.5
 SHORTEST_M = 2.0
 ABOVE_M = 0.05
+APART_M = 0.25
 MORE_ROWS = 8
 SAMPLES = 3_000
 SHARE = 0.05
@@ -124,7 +125,16 @@ def _row_heights_m(
     more_m = above_m[(above_m > low_m) & (above_m < highest_m)]
     more_m = more_m[:MORE_ROWS]
     inner_m = [row_m for row_m in rows_m[1:-1] if not (np.abs(more_m - row_m) < SAME_ROW_M).any()]
-    return np.unique(np.concatenate([rows_m[[0, -1]], inner_m, more_m]))
+    return _apart_m(np.unique(np.concatenate([rows_m[[0, -1]], inner_m, more_m])), min(APART_M, rise_m / 2))
+
+
+def _apart_m(rows_m: FloatArray, least_m: float) -> FloatArray:
+    """Rising heights without those just below another: on the line that it went out on no curve comes back."""
+    kept = [float(rows_m[-1])]
+    for row_m in rows_m[-2::-1].tolist():
+        if kept[-1] - row_m >= least_m:
+            kept.append(row_m)
+    return np.array(kept[::-1])
 
 
 def _chains(reaches: list[Reach]) -> list[list[Row]]:

@@ -157,7 +157,8 @@ def plan_sorties(
         return (whole,)
     shots_s = shots_s[flies(whole, shots_s)]
     cuts = np.unique(np.linspace(0, len(shots_s) - 1, _CUTS_N).astype(int))
-    flights_s = [flight_s(stretch(legs, *_beside(shots_s, cut), retime)) for cut in cuts]
+    moments_s = _moments_s(legs, shots_s[cuts])
+    flights_s = [flight_s(stretch(legs, at_s, at_s + 3 * _MOMENT_S, retime)) for at_s in moments_s]
     ways_s = np.interp(np.arange(len(shots_s)), cuts, flights_s)
     least_n = len(_filled(shots_s, ways_s, cuts, endurance_s))
     for count in range(least_n, least_n + _MORE_N) if least_n else ():
@@ -172,10 +173,16 @@ def plan_sorties(
     )
 
 
-def _beside(shots_s: FloatArray, row: int) -> tuple[float, float]:
-    """A moment of the inspection at a shot: about what there and back takes, and no more."""
-    begin_s = min(float(shots_s[row]), float(shots_s[-1]) - 3 * _MOMENT_S)
-    return begin_s, begin_s + 3 * _MOMENT_S
+def _moments_s(legs: tuple[Leg, ...], shots_s: FloatArray) -> list[float]:
+    """When a moment of three `_MOMENT_S` begins at each shot, within its own pass: what there and back takes, and no more.
+
+    The last shot of a pass is at its very end, and what follows is a way on which nothing is inspected.
+    """
+    ends_s = np.cumsum([leg.law.duration_s for leg in legs])
+    ends_s = ends_s[[belongs(leg.name, "inspection") for leg in legs]]
+    own = np.searchsorted(ends_s, shots_s - _MOMENT_S / 2).clip(max=len(ends_s) - 1)
+    begins_s: list[float] = np.minimum(shots_s, ends_s[own] - 3 * _MOMENT_S).tolist()
+    return begins_s
 
 
 def _even(

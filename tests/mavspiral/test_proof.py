@@ -34,6 +34,24 @@ def test_no_clearance_of_nothing_is_recommended():
         plan(mission.model_copy(update={"inspection": asked, "keepout": (crane,)}))
 
 
+def test_a_refusal_for_the_ceiling_names_a_ceiling_that_does():
+    """A roof is flown above the building, whatever its walls need; with the ceiling that is named, it is."""
+    kiosk = load_mission(KIOSK)
+    roof = kiosk.inspection.model_copy(update={"roof": True})
+    camera = kiosk.camera.model_copy(update={"gimbal": True})
+
+    def under(ceiling_m):
+        limits = kiosk.limits.model_copy(update={"ceiling_m": ceiling_m})
+        return kiosk.model_copy(update={"inspection": roof, "camera": camera, "limits": limits})
+
+    flown_m = plan(under(60.0)).certificate["height"].worst
+    with pytest.raises(LimitError, match="height FAILS") as refusal:
+        plan(under(flown_m - 0.5))
+    does = re.search(r"Fix: \[limits\] ceiling_m ≥ (\d+)", str(refusal.value))
+    assert does
+    assert plan(under(float(does[1]))).certificate.ok
+
+
 def test_a_building_without_a_wall_of_its_own_is_refused_unless_its_roof_is_asked_for():
     mission, nothing = load_mission(KIOSK), SimpleNamespace(walls=math.nan)
     with pytest.raises(LimitError, match="no wall of its own"):

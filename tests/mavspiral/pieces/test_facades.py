@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mavspiral.curve.meander import Row
-from mavspiral.pieces.facades import _parted
+from mavspiral.curve.meander import Row, meander
+from mavspiral.pieces.facades import _parted, _row_heights_m
 from mavspiral.survey.solids import Solids
 
 
@@ -35,3 +35,27 @@ def test_rows_are_parted_where_the_way_between_them_leads_past_a_mast(x_m):
 def test_rows_stay_together_past_a_mast_elsewhere_or_below(x_m, top_m):
     rows = [row(0.0, 5.0), row(0.0, 9.0), row(12.0, 13.0), row(12.0, 17.0)]
     assert _parted(setting_with_mast(x_m, top_m), rows) == [rows]
+
+
+def heights_m(low_m, high_m, rise_m, roofs_m=()):
+    """Of the rows of a part 12 m high, with 3.7 m of room above each neighbour's roof."""
+    asked = SimpleNamespace(inspection=SimpleNamespace(top_m=None), limits=SimpleNamespace(ceiling_m=120.0))
+    others = SimpleNamespace(levels_m=np.array(roofs_m))
+    setting = SimpleNamespace(mission=asked, joinable_m=3.35)
+    return _row_heights_m(setting, others, SimpleNamespace(top_m=12.0), low_m, high_m, rise_m)
+
+
+@pytest.mark.parametrize(
+    ("low_m", "roofs_m"), [(6.199, ()), (2.0, (2.499,)), (2.0, (-1.699,)), (2.0, (0.8, 1.0))]
+)
+def test_no_row_comes_back_on_the_line_of_the_row_below(low_m, roofs_m):
+    """A band of a millimetre, or a neighbour's roof just below a row: a curve to and fro there would stand still at its end."""
+    heights = heights_m(low_m, 6.2, 4.2, roofs_m)
+    path, _ = meander([row(0.0, height_m) for height_m in heights], smoothing_m=3.0)
+    along_m = np.linalg.norm(path.jet(np.linspace(0.0, path.u_end_rad, 5_000))[1], axis=1)
+    assert along_m.min() > 0.05
+    assert heights[-1] == 6.2
+
+
+def test_rows_that_are_asked_for_close_together_are_all_flown():
+    assert np.allclose(heights_m(2.0, 4.0, 0.2), np.linspace(2.0, 4.0, 11))

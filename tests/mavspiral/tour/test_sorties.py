@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from mavspiral import inspection
 from mavspiral.brief import camera_of, limits_of, pace_of
 from mavspiral.errors import LimitError
 from mavspiral.motion.timing import fastest_law
-from mavspiral.tour.sorties import OVERLAP_SHOTS_N, digest_of, plan_sorties, stretch
+from mavspiral.tour.sorties import OVERLAP_SHOTS_N, digest_of, flies, plan_sorties, stretch
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +86,21 @@ def test_one_battery_that_lasts_flies_it_in_one(legs, shots_s, retime):
 def test_a_battery_that_does_not_even_last_there_and_back_is_refused(legs, shots_s, retime):
     with pytest.raises(LimitError, match="endurance_s = 60 leaves nothing"):
         plan_sorties(legs, shots_s, endurance_s=60.0, flight_s=lambda s: 60.0 + work_s(s), retime=retime)
+
+
+def test_a_cut_may_be_thought_of_where_a_pass_ends_and_a_way_to_the_next_begins(legs, retime):
+    """Every pass takes its last picture at its very end: a moment after it nothing is inspected."""
+    [leg] = legs
+    tour = tuple(replace(leg, name=name) for name in ("inspection-1", "transit-1", "inspection-2"))
+    own_s = np.linspace(0.0, leg.law.duration_s, 20)
+    shots_s = np.concatenate([own_s, 2 * leg.law.duration_s + own_s])
+    endurance_s = 30.0 + 2.0 * leg.law.duration_s
+    sorties = plan_sorties(
+        tour, shots_s, endurance_s=endurance_s, flight_s=lambda s: 30.0 + work_s(s), retime=retime
+    )
+    assert max(30.0 + work_s(s) for s in sorties) <= endurance_s
+    flown = np.sum([flies(sortie, shots_s) for sortie in sorties], axis=0)
+    assert flown.min() >= 1, "every shot is some sortie's"
 
 
 def test_another_plan_has_another_digest(planned, legs, shots_s):
