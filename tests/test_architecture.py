@@ -43,7 +43,8 @@ link autopilot estimator physics
 copter_params
 faults params
 airframe
-orders
+status
+condition orders
 signals geo plans clock
 rotation
 kernels

@@ -15,7 +15,8 @@ from sitl.autopilot.glide import GlideLimits, stopping_point
 from sitl.autopilot.itinerary import NAV, Station, next_seq, station_after, stations_of
 from sitl.autopilot.modes import Briefing, Waypoint
 from sitl.autopilot.passage import Leg, Passage, step_passage
-from sitl.orders import Condition, Mode
+from sitl.condition import Condition
+from sitl.orders import Mode
 from sitl.plans import MissionRun, PlanItem
 from sitl.rotation import to_yaw
 from sitl.signals import Setpoint

@@ -11,9 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from sitl.autopilot.glide import Glide, GlideLimits, step_glide
+from sitl.condition import Condition
 from sitl.geo import geodetic_of_ned, ned_of_geodetic
-from sitl.orders import Condition, Mode, Orbit, OrbitRun
+from sitl.orders import Mode, Orbit
 from sitl.signals import GeoPoint, Setpoint
+from sitl.status import OrbitRun
 
 __all__ = ["OrbitCourse", "begin_orbit"]
 

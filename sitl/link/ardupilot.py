@@ -36,8 +36,9 @@ from sitl.link.report import Report
 from sitl.link.signing import Signer
 from sitl.link.streams import Schedule, Streams
 from sitl.link.telemetry import Builder
-from sitl.orders import Arm, Home, Notice, Severity, Shot, SwitchMode, Verdict
+from sitl.orders import Arm, SwitchMode, Verdict
 from sitl.signals import Setpoint
+from sitl.status import Home, Notice, Severity, Shot
 
 __all__ = ["ArduPilotLink", "ArduPilotLinkState"]
 

@@ -29,8 +29,9 @@ from sitl.link.px4_status import MODE_OF_CODE, MODES_NOT_FLOWN, status_texts
 from sitl.link.px4_telemetry import TELEMETRY_COMMANDS, Px4Telemetry, TelemetryState
 from sitl.link.setpoints import attitude_setpoint_of, setpoint_of
 from sitl.link.signing import Signer
-from sitl.orders import Notice, Shot, SwitchMode, Verdict, WishMode
+from sitl.orders import SwitchMode, Verdict, WishMode
 from sitl.signals import GeoPoint
+from sitl.status import Notice, Shot
 
 __all__ = ["Px4Link", "Px4LinkState"]
 
