@@ -35,7 +35,7 @@ arrays errors headway workers
 """
 SITL = """
 __main__ pytest_plugin
-simulator compiling
+simulator compiling arguments
 craft
 vehicle
 trouble loop
@@ -132,6 +132,7 @@ def test_sockets_and_wall_clocks_stay_at_the_rim():
         ROOT / "mavspiral/live.py",
         ROOT / "mavspiral/planner.py",
         ROOT / "sitl/link/endpoint.py",
+        ROOT / "sitl/link/realtime.py",
     }
     for path in [*modules("mavspiral"), *modules("sitl")]:
         names = {name.split(".")[0] for name in imports(path)}
