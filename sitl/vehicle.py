@@ -135,9 +135,8 @@ class Vehicle:
         self._fixes, self._fix_valid = self._sensed["fix"], self._sensed["fix_valid"]
         self._nav, self._mind = brain["nav"][0], brain["mind"][0]
         self._on_ground = brain["mind"]["on_ground"]
-        self._asked = (
-            brain["demand"].view("u1").data
-        )  # kept: to describe a record's bytes takes numpy a microsecond
+        # Kept: to describe a record's bytes takes numpy a microsecond.
+        self._asked = brain["demand"].view("u1").data
         self._frame = self.time_us = 0
         self._demand: Demand | None = None
         self._received = True

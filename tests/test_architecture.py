@@ -94,9 +94,8 @@ def test_rooms_import_lower_lines_only(package, table):
 
 def test_the_vehicle_does_not_know_the_planner_and_only_the_closed_loop_knows_the_vehicle():
     for path in modules("sitl"):
-        if (
-            room(path) == "pytest_plugin"
-        ):  # it flies missions for others' tests; `sitl` itself never imports it
+        # It flies missions for others' tests; `sitl` itself never imports it.
+        if room(path) == "pytest_plugin":
             continue
         assert not any(name.split(".")[0] == "mavspiral" for name in imports(path)), path
     for path in modules("mavspiral"):

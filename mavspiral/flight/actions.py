@@ -179,9 +179,8 @@ def ask_arm(s: Situation) -> bytes:
     """Ask it to arm, in the mode that this takes."""
     arm_in = s.profile.arm_in
     if arm_in is None and s.vehicle.mode == s.profile.follow.custom_mode:
-        arm_in = s.profile.climb[
-            -1
-        ]  # it landed by its failsafe, is in that mode still, and will not arm in it
+        # It landed by its failsafe, is in that mode still, and will not arm in it.
+        arm_in = s.profile.climb[-1]
     if arm_in is not None and s.vehicle.mode != arm_in.custom_mode:
         return s.link.command(Command.DO_SET_MODE, *arm_in.command)
     return s.link.command(Command.COMPONENT_ARM_DISARM, 1.0)
