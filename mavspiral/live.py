@@ -59,8 +59,9 @@ def fly(
     """The mission streamed to the vehicle at `url`, from connecting to disarming. It arms and flies: nobody is asked, unless it `asks`.
 
     Where one battery does not last, the first sortie is flown. With a `folder`, NAME.journal and NAME.tlog in it grow as it
-    flies, and `resume` goes on where the flights in that journal ended; shots that they missed are flown again, the first gap first. `set_failsafes` sets the vehicle's parameters for the
-    loss of the link before the flight, and puts them back after it.
+    flies, and `resume` goes on where the flights in that journal ended; shots that they missed are flown again, the first
+    gap first. `set_failsafes` sets the vehicle's parameters for the loss of the link before the flight, and puts them back
+    after it.
     With a `signing_key` (32 bytes, `read_key`) both ends sign, and what is not signed is refused and counted.
     The vehicle that stands `align_at` a known place of the plan says where it lies: `approve` is asked whether the plan may
     be shifted so, and `resume` keeps it. A dry run writes that in the journal, too.

@@ -48,9 +48,9 @@ class VehicleConfig:
     It stands at `home` (which is truth's NED origin) with its nose at `heading_ned_rad`. The EKF's origin
     lies `origin_offset_ned_m` away from the first good fix. The wind is that at 20 ft (6.1 m) and grows with
     height; `gusts` adds Dryden turbulence to it. Without `noise` the senses tell the truth. `supposed` are
-    the sheets by which the estimator judges its senses, where they are not the true ones. `stock_filter` flies filterpy's own arithmetic,
-    `output_observer` has the output follow the filter as slowly as PX4's, from as far back. `params` are
-    taken as they are: start them from `Params(airframe.params)`.
+    the sheets by which the estimator judges its senses, where they are not the true ones. `stock_filter` flies
+    filterpy's own arithmetic, `output_observer` has the output follow the filter as slowly as PX4's, from as far
+    back. `params` are taken as they are: start them from `Params(airframe.params)`.
     """
 
     airframe: Airframe
