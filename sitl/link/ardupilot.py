@@ -148,14 +148,14 @@ class ArduPilotLink:
     def snapshot(self) -> ArduPilotLinkState:
         """All that this link remembers."""
         return ArduPilotLinkState(
-            self._codec.snapshot(),
-            self._streams.snapshot(),
-            replace(self._parameters),
-            replace(self._plans),
-            replace(self._files),
-            self._greets,
-            self._told_home,
-            self._text_number,
+            codec=self._codec.snapshot(),
+            schedule=self._streams.snapshot(),
+            parameters=replace(self._parameters),
+            plans=replace(self._plans),
+            files=replace(self._files),
+            greets=self._greets,
+            told_home=self._told_home,
+            text_number=self._text_number,
         )
 
     def restore(self, state: ArduPilotLinkState) -> None:

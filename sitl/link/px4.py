@@ -156,15 +156,15 @@ class Px4Link:
     def snapshot(self) -> Px4LinkState:
         """All that this link remembers."""
         return Px4LinkState(
-            self._codec.snapshot(),
-            self._telemetry.snapshot(),
-            replace(self._parameters),
-            replace(self._plans),
-            replace(self._files),
-            self._verdicts,
-            self._hears_gcs,
-            self._text_number,
-            None if self._camera is None else self._camera.snapshot(),
+            codec=self._codec.snapshot(),
+            telemetry=self._telemetry.snapshot(),
+            parameters=replace(self._parameters),
+            plans=replace(self._plans),
+            files=replace(self._files),
+            verdicts=self._verdicts,
+            hears_gcs=self._hears_gcs,
+            text_number=self._text_number,
+            camera=None if self._camera is None else self._camera.snapshot(),
         )
 
     def restore(self, state: Px4LinkState) -> None:
