@@ -83,7 +83,8 @@ def simulate(
     """The mission (or its plan) flown from take-off to landing by the bundled vehicle; same seed, same bits.
 
     Streamed setpoint by setpoint, or `via` the exported mission, which the vehicle is given and flies in AUTO.
-    Where one battery does not last, or one mission not do, every sortie is flown, each by a vehicle that was just switched on; faults strike the first.
+    Where one battery does not last, or one mission not do, every sortie is flown, each by a vehicle that was just switched
+    on; faults strike the first.
     `autopilot` is whose behaviour it shows, else the mission's. The vehicle stands at the mission's home; its EKF's
     origin is neither that place nor the plan's origin. `set_failsafes` sets the vehicle's parameters for a lost link and a
     safe Return before a streamed flight, as `fly` does. `on_stage` is told how far the planning is.

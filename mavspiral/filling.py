@@ -116,17 +116,17 @@ def _filler(inspection: Inspection, ways: Ways, pace: Limits) -> Filler:
         safe.highest_m if asked.top_m is None else asked.top_m,
     )
     return Filler(
-        site,
-        unasked_courts(inspection),
-        ways.solids,
-        camera,
-        wished,
-        pace,
-        sharpness_of(mission, camera),
-        asked.side_overlap,
-        mission.vehicle.radius_m,
-        asked.roof,
-        inspection.home_enu_m,
+        site=site,
+        closed=unasked_courts(inspection),
+        solids=ways.solids,
+        camera=camera,
+        room=wished,
+        pace=pace,
+        sharp_mps=sharpness_of(mission, camera),
+        side_overlap=asked.side_overlap,
+        radius_m=mission.vehicle.radius_m,
+        roofs=asked.roof,
+        home_enu_m=inspection.home_enu_m,
     )
 
 

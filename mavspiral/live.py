@@ -9,47 +9,34 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.flight.alignment import shifted
-from mavspiral.flight.autopilots import PROFILES, Autopilot, autopilot_name
-from mavspiral.flight.flight_log import Event, FlightLog, TlogWriter
+from mavspiral.flight.autopilots import PROFILES, Autopilot
+from mavspiral.flight.flight_log import Event, TlogWriter
 from mavspiral.flight.journal import JournalWriter, borrowed_in
-from mavspiral.flight.outcome import Outcome, SessionConfig, State, Step
+from mavspiral.flight.outcome import SessionConfig, State, Step
 from mavspiral.flight.realtime import drive, signer_now
 from mavspiral.flight.session import Session
 from mavspiral.flight.transports import open_transport
 from mavspiral.flight.wishes import Wish
 from mavspiral.frames import LocalFrame
 from mavspiral.inspection import Inspection
-from mavspiral.logbook.card import card_numbers
+from mavspiral.logbook.estimated import estimated
 from mavspiral.logbook.live_flight import LiveFlight
 from mavspiral.logbook.progress import (
-    Flown,
     Progress,
-    estimated_shots,
-    inspected_s,
-    left_of,
-    moved,
     progress_of,
-    together,
 )
 from mavspiral.logbook.recording import Recording
 from mavspiral.mission import Mission
 from mavspiral.planner import plan
-from mavspiral.survey.shots import Shots
-from mavspiral.survey.solids import Solids
 from mavspiral.tour.sorties import Sortie
 
 __all__ = ["fly"]
 
 Place = tuple[float, float] | Literal["home"]
 """Latitude and longitude in degrees, on the plan's ground; or the mission's home."""
-
-STALE_US = 300_000
 
 
 def fly(
@@ -72,8 +59,9 @@ def fly(
     """The mission streamed to the vehicle at `url`, from connecting to disarming. It arms and flies: nobody is asked, unless it `asks`.
 
     Where one battery does not last, the first sortie is flown. With a `folder`, NAME.journal and NAME.tlog in it grow as it
-    flies, and `resume` goes on where the flights in that journal ended; shots that they missed are flown again, the first gap first. `set_failsafes` sets the vehicle's parameters for the
-    loss of the link before the flight, and puts them back after it; those that an earlier flight of that journal could not put back, too.
+    flies, and `resume` goes on where the flights in that journal ended; shots that they missed are flown again, the first
+    gap first. `set_failsafes` sets the vehicle's parameters for the loss of the link before the flight, and puts them back
+    after it; those that an earlier flight of that journal could not put back, too.
     With a `signing_key` (32 bytes, `read_key`) both ends sign, and what is not signed is refused and counted.
     The vehicle that stands `align_at` a known place of the plan says where it lies: `approve` is asked whether the plan may
     be shifted so, and `resume` keeps it. A dry run writes that in the journal, too.
@@ -139,7 +127,17 @@ def fly(
                 journal.end(session)
     duration_s = (time.monotonic_ns() // 1000 - begin_us) / 1e6
     refused_n = None if signer is None else signer.refused_n
-    return _flown(order, session, outcome, recording, duration_s, refused_n)
+    return estimated(
+        inspection,
+        order.before,
+        order.sorties,
+        session,
+        outcome,
+        recording=recording,
+        shift_enu_m=order.shift_enu_m,
+        duration_s=duration_s,
+        refused_n=refused_n,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -216,66 +214,6 @@ def _ask(
         session.wish(wish)
 
 
-def _flown(
-    order: _Order,
-    session: Session,
-    outcome: Outcome,
-    recording: Recording,
-    duration_s: float,
-    refused_n: int | None,
-) -> LiveFlight:
-    """The flight that is over, measured, together with those before it."""
-    before, sortie, shift_enu_m = order.before, order.sortie, order.shift_enu_m
-    inspection = order.inspection.flown_by(autopilot_name(session.profile))
-    log = session.log() if session.left_the_ground else None
-    tracking_m, clearance_m = _measured(inspection, log)
-    alignment = session.alignment
-    if alignment is not None and alignment.approved:
-        shift_enu_m = alignment.shift_enu_m
-    shots, shifts_enu_m = before.shots, before.shifts_enu_m
-    flown = before.flown
-    if log is not None and session.trajectory is not None:
-        begins_s = session.trajectory.span_s("inspection")[0]
-        shots = (*shots, estimated_shots(inspection, sortie, log, begins_s, session.pictures))
-        shifts_enu_m = (*shifts_enu_m, np.zeros(3) if shift_enu_m is None else shift_enu_m)
-        flown = (*flown, Flown(sortie, inspected_s(log, sortie, begins_s), session.pictures))
-    return LiveFlight(
-        inspection,
-        outcome,
-        session.events,
-        log,
-        recording.files,
-        recording.troubles,
-        duration_s,
-        session.figures,
-        tracking_m,
-        clearance_m,
-        inspection.coverage_from(together(shots)) if shots else None,
-        before.flights_n + 1,
-        len(order.sorties),
-        max((flight.came_to_s for flight in flown), default=0.0),
-        left_of(inspection, flown),
-        before.logs,
-        together(tuple(map(moved, shots, shifts_enu_m))) if shots else None,
-        len(session.pictures),
-        session.missed_shots,
-        refused_n,
-        shift_enu_m,
-        alignment,
-        _photo_numbers(inspection, flown, shots),
-    )
-
-
-def _photo_numbers(
-    inspection: Inspection, flown: tuple[Flown, ...], shots: tuple[Shots, ...]
-) -> tuple[int, ...]:
-    """Of each of the `shots`, all flights in a row; none where the camera runs by itself and nobody counts."""
-    if inspection.mission.camera.trigger == "none":
-        return ()
-    numbers = card_numbers([flight.pictures for flight in flown])
-    return tuple(number for row, posed in zip(numbers, shots, strict=True) if len(posed) for number in row)
-
-
 def _shift_enu_m(session: Session) -> FloatArray:
     """By which the plan is to be shifted, once that is asked."""
     assert session.alignment is not None and session.alignment.shift_enu_m is not None
@@ -299,24 +237,3 @@ def _planned_for(mission: Mission) -> str | None:
     if "autopilot" not in mission.vehicle.model_fields_set:
         return None
     return PROFILES[mission.vehicle.autopilot].name
-
-
-def _measured(inspection: Inspection, log: FlightLog | None) -> tuple[FloatArray, FloatArray]:
-    """Distances from the reference on the inspection, and from anything solid on the whole flight, as estimated."""
-    if log is None or not log.t_us.size:
-        return np.empty(0), np.empty(0)
-    heights = inspection.site.heights
-    solids = Solids.of_map(heights)
-    known = np.isfinite(log.estimate_position_enu_m).all(axis=1) & _fresh(log)
-    away_m = np.sqrt(((log.estimate_position_enu_m - log.reference_position_enu_m) ** 2).sum(axis=1))
-    return away_m[log.on_leg("inspection") & known & np.isfinite(away_m)], solids.distance_m(
-        log.estimate_position_enu_m[known]
-    )
-
-
-def _fresh(log: FlightLog) -> NDArray[np.bool_]:
-    """Which rows hold an estimate that was not much older: where the link was silent, the last one stands still."""
-    rows = np.arange(len(log.t_us))
-    changed = np.append(True, np.any(np.diff(log.estimate_position_enu_m, axis=0) != 0.0, axis=1))
-    since = np.maximum.accumulate(np.where(changed, rows, 0))
-    return np.asarray((log.t_us - log.t_us[since]) < STALE_US)

@@ -93,19 +93,19 @@ def plan(mission: Mission, on_stage: OnStage = to_nobody) -> Inspection:
     judge_sight(mission, coverage)
     told = (*mission.notices, *site_map.warnings, *found.told)
     draft = Inspection(
-        mission,
-        site,
-        passes,
-        tour,
-        home,
-        trajectory,
-        clearance,
-        required_m,
-        certificate,
-        shots,
-        coverage,
-        told,
-        watch.laps_ms,
+        mission=mission,
+        site=site,
+        passes=passes,
+        tour=tour,
+        home_enu_m=home,
+        trajectory=trajectory,
+        clearance=clearance,
+        clearance_required_m=required_m,
+        certificate=certificate,
+        shots=shots,
+        coverage=coverage,
+        warnings=told,
+        planning_ms=watch.laps_ms,
     )
     plain = with_seeable(draft, ways, within(headway, SURVEYED, JUDGED))
     inspection = flyable(filled(plain, ways, within(headway, JUDGED, 1.0)), plain)

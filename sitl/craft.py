@@ -13,10 +13,11 @@ from sitl.faults import Fault, LinkFault
 from sitl.link.parameters import ParameterTable, TableState
 from sitl.link.report import Report
 from sitl.link.signing import Signing
-from sitl.orders import FlightStatus, Notice, Order, Verdict
+from sitl.orders import Order, Verdict
 from sitl.params import Params
 from sitl.plans import MissionRun, Plans
 from sitl.signals import Demand, FloatArray, GeoPoint, Setpoint
+from sitl.status import FlightStatus, Notice
 from sitl.vehicle import Vehicle, VehicleConfig, VehicleState
 
 __all__ = ["Craft", "CraftState", "Event", "SimulatorConfig"]

@@ -1,37 +1,25 @@
-"""What a link may ask of the commander, and what the commander tells. Values only, no wire formats."""
+"""What a link may ask of the commander, and how that was received. Values only, no wire formats."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import NamedTuple, Protocol
 
-from sitl.plans import MissionRun, PlanItem, PlanKind, Plans
-from sitl.signals import Estimate, FloatArray, GeoPoint, GpsSample, Setpoint
+from sitl.plans import PlanItem, PlanKind
+from sitl.signals import GeoPoint
 
 __all__ = [
     "Arm",
-    "Battery",
     "ChangeSpeed",
-    "Condition",
     "Disarm",
-    "FenceStatus",
-    "FlightStatus",
     "GoToItem",
-    "Home",
-    "Landed",
     "Mode",
-    "Notice",
     "Orbit",
-    "OrbitRun",
     "Order",
     "Pause",
-    "PayloadStatus",
     "Reposition",
     "SetHome",
     "SetOutput",
-    "Severity",
-    "Shot",
     "StartMission",
     "SwitchMode",
     "TakeOff",
@@ -66,30 +54,12 @@ class Mode(Enum):
     SMARTRTL = auto()
 
 
-class Landed(Enum):
-    """Where the vehicle believes to be."""
-
-    ON_GROUND = auto()
-    IN_AIR = auto()
-    TAKING_OFF = auto()
-    LANDING = auto()
-
-
 class Verdict(Enum):
     """How an order was received."""
 
     ACCEPTED = auto()
     NOT_NOW = auto()
     DENIED = auto()
-
-
-class Severity(Enum):
-    """How loud a notice is."""
-
-    CRITICAL = auto()
-    WARNING = auto()
-    NOTICE = auto()
-    INFO = auto()
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,151 +213,3 @@ Order = (
     | Pause
     | TurnTo
 )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Shot:
-    """A picture: when, where (as estimated) and how the camera was held."""
-
-    time_us: int
-    index: int
-    point: GeoPoint
-    height_home_m: float
-    q_ned_camera: FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class Notice:
-    """A line of text for whoever listens."""
-
-    time_us: int
-    severity: Severity
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class OrbitRun:
-    """An orbit that is flown: its centre (as high as the circle), its radius (positive clockwise), its yaw."""
-
-    centre: GeoPoint
-    radius_m: float
-    yaw_behaviour: int
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Home:
-    """Where the vehicle was armed, or stood when it first knew its place."""
-
-    point: GeoPoint
-    position_ned_m: FloatArray
-    q_ned_frd: FloatArray
-
-
-class Battery(Protocol):
-    """The pack as its monitor sees it."""
-
-    @property
-    def voltage_v(self) -> float:
-        """At the terminals."""
-
-    @property
-    def current_a(self) -> float:
-        """Drawn now."""
-
-    @property
-    def used_ah(self) -> float:
-        """Drawn since the start."""
-
-    @property
-    def remaining(self) -> float:
-        """What is left, 0…1."""
-
-
-class Condition(Protocol):
-    """What the commander sees of its vehicle now. Each look costs something: it looks when it must."""
-
-    @property
-    def time_us(self) -> int:
-        """Since the start."""
-
-    @property
-    def estimate(self) -> Estimate:
-        """What the vehicle believes."""
-
-    @property
-    def origin(self) -> GeoPoint | None:
-        """Where the estimate's frame is anchored, once that is known."""
-
-    @property
-    def knows_position(self) -> bool:
-        """Whether a position may be flown to: the estimate's `position_ok`."""
-
-    @property
-    def charge_left(self) -> float:
-        """What is left in the battery, 0…1."""
-
-    @property
-    def on_ground(self) -> bool:
-        """The land detector's verdict."""
-
-    @property
-    def battery(self) -> Battery:
-        """The pack."""
-
-    @property
-    def gps(self) -> GpsSample | None:
-        """The fix that came last; None while there are none."""
-
-    @property
-    def fix_age_us(self) -> int:
-        """How long ago the filter used a fix."""
-
-    @property
-    def attitude_wanted(self) -> FloatArray:
-        """What the cascade steers to, `q_ned_frd`."""
-
-
-class PayloadStatus(NamedTuple):
-    """What camera and gimbal are at. `controller` is the system and component that the gimbal listens to."""
-
-    shots: int = 0
-    interval_s: float = 0.0
-    gimbal_pitch_rad: float = 0.0
-    gimbal_yaw_rad: float = 0.0
-    controller: tuple[int, int] = (0, 0)
-
-
-_NO_PAYLOAD = PayloadStatus()
-
-
-@dataclass(frozen=True, slots=True)
-class FenceStatus:
-    """Parts of the fence as bits: max height 1, circle 2, areas 4, min height 8. `last` began to be breached at `time_us`."""
-
-    watched: int = 0
-    breached: int = 0
-    count: int = 0
-    last: int = 0
-    time_us: int = 0
-
-
-class FlightStatus(NamedTuple):
-    """What the commander says of itself."""
-
-    armed: bool
-    mode: Mode
-    landed: Landed
-    ready: bool
-    failsafe: bool
-    home: Home | None
-    setpoint: Setpoint
-    plans: Plans
-    run: MissionRun
-    mission_ok: bool
-    orbit: OrbitRun | None = None
-    payload: PayloadStatus = _NO_PAYLOAD
-    knows_place: bool = True
-    """Whether it would fly by its position now."""
-    fence: FenceStatus = FenceStatus()
-    outputs: tuple[tuple[int, int], ...] = ()
-    """What has been put on servo outputs: number and pulse in microseconds."""

@@ -48,9 +48,9 @@ class VehicleConfig:
     It stands at `home` (which is truth's NED origin) with its nose at `heading_ned_rad`. The EKF's origin
     lies `origin_offset_ned_m` away from the first good fix. The wind is that at 20 ft (6.1 m) and grows with
     height; `gusts` adds Dryden turbulence to it. Without `noise` the senses tell the truth. `supposed` are
-    the sheets by which the estimator judges its senses, where they are not the true ones. `stock_filter` flies filterpy's own arithmetic,
-    `output_observer` has the output follow the filter as slowly as PX4's, from as far back. `params` are
-    taken as they are: start them from `Params(airframe.params)`.
+    the sheets by which the estimator judges its senses, where they are not the true ones. `stock_filter` flies
+    filterpy's own arithmetic, `output_observer` has the output follow the filter as slowly as PX4's, from as far
+    back. `params` are taken as they are: start them from `Params(airframe.params)`.
     """
 
     airframe: Airframe
@@ -135,9 +135,8 @@ class Vehicle:
         self._fixes, self._fix_valid = self._sensed["fix"], self._sensed["fix_valid"]
         self._nav, self._mind = brain["nav"][0], brain["mind"][0]
         self._on_ground = brain["mind"]["on_ground"]
-        self._asked = (
-            brain["demand"].view("u1").data
-        )  # kept: to describe a record's bytes takes numpy a microsecond
+        # Kept: to describe a record's bytes takes numpy a microsecond.
+        self._asked = brain["demand"].view("u1").data
         self._frame = self.time_us = 0
         self._demand: Demand | None = None
         self._received = True

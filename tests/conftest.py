@@ -20,9 +20,8 @@ settings.load_profile("busy")
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-collect_ignore = [
-    "foreign"
-]  # a project of somebody else's: test_pytest_plugin runs it in an environment of its own
+# A project of somebody else's: test_pytest_plugin runs it in an environment of its own.
+collect_ignore = ["foreign"]
 
 
 def pytest_addoption(parser):

@@ -1,7 +1,7 @@
 """Closed curves as Fourier series, the paper's section III.B.
 
-    s(u) = A + Σ A_k cos(ku) + B_k sin(ku),   k = 1 … N,   and with c_k = A_k − i·B_k:   s(u) = Re Σ c_k
-    e^{iku}
+    s(u) = A + Σ A_k cos(ku) + B_k sin(ku),   k = 1 … N,
+    s(u) = Re Σ c_k e^{iku},   k = 0 … N,   with c_k = A_k − i·B_k.
 
 A row of `coefficients_m` is `c_k` for east and north; `c_0 = A`. Real axes have conjugate-symmetric spectra,
 so the `N` harmonics of a half spectrum stand for themselves and for their conjugates.
@@ -106,8 +106,7 @@ def in_phase(spectra: ComplexArray, reference: ComplexArray) -> ComplexArray:
 def harmonics_needed(spectra: ComplexArray, *, tolerance_m: float, count: int) -> int:
     """The smallest N at which all curves `(K, Q/2, 2)` stay within `tolerance_m` of themselves.
 
-    Points are compared at `count` equal phases, so the distance between the curves is no more than the
-    tolerance.
+    Points of the same phase are compared, at `count` phases: there the curves are no farther apart than that.
     """
     full = points_of(spectra, count)
     enough, short = int(spectra.shape[-2]) - 1, 0

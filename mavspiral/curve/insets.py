@@ -19,6 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mavspiral.arrays import FloatArray
 from mavspiral.shape.contour import Ring, corners_closed, iso_line
 from mavspiral.shape.roofs import RoofGrid
 
@@ -102,41 +103,61 @@ def insets_of(
     around = bool((around_m < 0.0).any())
     if around:
         anchor = np.unravel_index(int(np.argmin(around_m)), around_m.shape)
-        depth_m = max(0.0, float(inward_m[(around_m > 0.0) & cells].max(initial=0.0)))
-        turns = math.ceil(depth_m / spacing_m - 0.3)
+        last_m = max(0.0, float(inward_m[(around_m > 0.0) & cells].max(initial=0.0)))
+        turns = math.ceil(last_m / spacing_m - 0.3)
     else:
         anchor = np.unravel_index(int(np.argmax(inward_m)), inward_m.shape)
-        depth_m = float(inward_m[anchor])
-        if depth_m < 0.5 * grid.cell_m:
+        deepest_m = float(inward_m[anchor])
+        if deepest_m < 0.5 * grid.cell_m:
             return None
+        last_m = _last_inset_m(inward_m, deepest_m, picture_m, grid.cell_m)
         # From farther out a tilted camera sees more of a slope than one that looks straight down.
-        shown_m = (
-            OUTER_SHARE if outward_m else FIRST_SHARE * spacing_m / picture_m + REACH_SHARE
-        ) * picture_m
-        turns = 0 if width_m < shown_m else 1
-        last_m = max(0.1, depth_m - max(THIN_SHARE * picture_m, grid.cell_m))
-        # Where wings meet, the middle is deeper than theirs: the last ring is one of theirs, too.
-        bulk_m = float(np.quantile(inward_m[inward_m > 0.0], BULK))
-        depth_m = min(last_m, bulk_m) if depth_m - bulk_m < BULGE_SHARE * picture_m else last_m
-        turns *= math.ceil(depth_m / min(spacing_m, WIDEST_SHARE * picture_m))
-    last_m = depth_m if turns or around else 0.0
+        shown_share = OUTER_SHARE if outward_m else FIRST_SHARE * spacing_m / picture_m + REACH_SHARE
+        to_middle = math.ceil(last_m / min(spacing_m, WIDEST_SHARE * picture_m))
+        turns = 0 if width_m < shown_share * picture_m else to_middle
+        last_m = last_m if turns else 0.0
     place = grid.origin_enu_m + (np.array(anchor[::-1]) + 0.5) * grid.cell_m
-    rings: list[Ring] = []
-    for step in range(turns * KEYS_PER_TURN + 1):
-        inset_m = last_m * (step / (turns * KEYS_PER_TURN) if turns else 1.0)
-        field = np.minimum(inset_m - inward_m, around_m).astype(np.float32)
-        ring = iso_line(field, grid.cell_m, grid.origin_enu_m + 0.5 * grid.cell_m, anchor_enu_m=place)
-        if ring is None:
-            break
-        rings.append(corners_closed(ring, corner_radius_m) if around else ring)
-        if len(rings) > 1 and _jumps(rings[-2], rings[-1], last_m / (turns * KEYS_PER_TURN)):
-            rings.pop()
-            break
+    rings = _rings(grid, inward_m, around_m, last_m, turns, place, corner_radius_m if around else None)
     if not rings:
         return None
     whole = len(rings) == turns * KEYS_PER_TURN + 1
     turns = (len(rings) - 1) // KEYS_PER_TURN
     return Insets(tuple(rings[: turns * KEYS_PER_TURN + 1]), turns, around or not turns or not whole)
+
+
+def _last_inset_m(inward_m: NDArray[np.float32], deepest_m: float, picture_m: float, cell_m: float) -> float:
+    """How far inward the last ring lies where the rings shrink to the roof's middle."""
+    last_m = max(0.1, deepest_m - max(THIN_SHARE * picture_m, cell_m))
+    # Where wings meet, the middle is deeper than theirs: the last ring is one of theirs, too.
+    bulk_m = float(np.quantile(inward_m[inward_m > 0.0], BULK))
+    return min(last_m, bulk_m) if deepest_m - bulk_m < BULGE_SHARE * picture_m else last_m
+
+
+def _rings(
+    grid: RoofGrid,
+    inward_m: NDArray[np.float32],
+    around_m: FloatArray,
+    last_m: float,
+    turns: int,
+    place_enu_m: FloatArray,
+    corner_radius_m: float | None,
+) -> list[Ring]:
+    """The rings about a place, from the first one to that of inset `last_m`, or as far as the outline shrinks smoothly.
+
+    With a radius no concave corner is sharper.
+    """
+    rings: list[Ring] = []
+    for step in range(turns * KEYS_PER_TURN + 1):
+        inset_m = last_m * (step / (turns * KEYS_PER_TURN) if turns else 1.0)
+        field = np.minimum(inset_m - inward_m, around_m).astype(np.float32)
+        ring = iso_line(field, grid.cell_m, grid.origin_enu_m + 0.5 * grid.cell_m, anchor_enu_m=place_enu_m)
+        if ring is None:
+            break
+        rings.append(ring if corner_radius_m is None else corners_closed(ring, corner_radius_m))
+        if len(rings) > 1 and _jumps(rings[-2], rings[-1], last_m / (turns * KEYS_PER_TURN)):
+            rings.pop()
+            break
+    return rings
 
 
 def _holes(

@@ -123,8 +123,8 @@ class PaperSpiral:
         """What a reader of the plan has to know, in words."""
         path = self.path
         told = [
-            f'[inspection] mode = "paper": {path.rings} rings of {path.harmonics} harmonics as the paper has them, for '
-            "comparison"
+            f'[inspection] mode = "paper": {path.rings} rings of {path.harmonics} harmonics as the paper has them, '
+            "for comparison"
         ]
         if path.rings > 1:
             told.append(

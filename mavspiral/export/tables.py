@@ -44,7 +44,10 @@ def trajectory_csv(trajectory: Trajectory, frame: LocalFrame) -> str:
 
 
 def photos_csv(shots: Shots, frame: LocalFrame, first_photo: str) -> str:
-    """One row for each shot: its picture's name if none is missed, its number from 0, path time, place, heading and pitch of the camera, up is positive."""
+    """One row for each shot: its picture's name if none is missed, its number from 0, path time, place, heading and pitch.
+
+    Pitch is the camera's, positive upwards.
+    """
     lat, lon, alt = frame.to_geodetic(shots.position_enu_m)
     yaw_ned_deg = np.degrees(wrap_rad(yaw_enu_to_ned(shots.yaw_enu_rad)))
     pitch_deg = np.degrees(shots.pitch_rad)

@@ -132,15 +132,15 @@ def thin(
     stages = _stages(trajectory, states)
     ends = np.clip(np.searchsorted(corners, states.t_s[index] - GRID_S / 2) - 1, 0, len(stages) - 1)
     return Thinned(
-        states.t_s[index],
-        places,
-        tuple(stages[i] for i in ends),
-        aims,
-        chord_error_m,
-        max(errors_rad),
-        tolerance.cut_m,
-        states.yaw_enu_rad[index],
-        np.array([_middle_pitch_rad(states, *side) for side in (*sides, (index[-1], index[-1]))]),
+        t_s=states.t_s[index],
+        position_enu_m=places,
+        stages=tuple(stages[i] for i in ends),
+        aims=aims,
+        chord_error_m=chord_error_m,
+        heading_error_rad=max(errors_rad),
+        cut_m=tolerance.cut_m,
+        yaw_enu_rad=states.yaw_enu_rad[index],
+        pitch_rad=np.array([_middle_pitch_rad(states, *side) for side in (*sides, (index[-1], index[-1]))]),
     )
 
 

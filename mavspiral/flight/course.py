@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
 
-from mavspiral.flight import actions, alignment, failsafes
+from mavspiral.flight import actions, alignment, failsafes, guidance
 from mavspiral.flight.messages import Command
 from mavspiral.flight.outcome import State
 from mavspiral.flight.profile import Mode, Profile
@@ -160,7 +160,11 @@ COURSE: Mapping[State, Row] = {
         modes=lambda p: p.climb,
     ),
     State.PRESTREAM: Row(
-        actions.prestreamed, State.OFFBOARD, enter=actions.prepare_join, modes=lambda p: p.climb, streams=True
+        actions.prestreamed,
+        State.OFFBOARD,
+        enter=guidance.prepare_join,
+        modes=lambda p: p.climb,
+        streams=True,
     ),
     State.OFFBOARD: Row(
         actions.follows,
@@ -178,7 +182,7 @@ COURSE: Mapping[State, Row] = {
     State.STREAM: Row(
         actions.finished,
         State.LAND,
-        enter=actions.prepare_stream,
+        enter=guidance.prepare_stream,
         modes=lambda p: (p.follow,),
         streams=True,
         moves=True,
@@ -188,7 +192,7 @@ COURSE: Mapping[State, Row] = {
     State.RETURN: Row(
         actions.finished,
         State.LAND,
-        enter=actions.prepare_return,
+        enter=guidance.prepare_return,
         plans=True,
         within_s=900.0,
         late=Late.COME_DOWN,
@@ -213,7 +217,7 @@ COURSE: Mapping[State, Row] = {
     State.LEAVE: Row(
         actions.finished,
         State.LAND,
-        enter=actions.prepare_leave,
+        enter=guidance.prepare_leave,
         plans=True,
         within_s=15.0,
         late=Late.GO_ON,

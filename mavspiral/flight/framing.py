@@ -16,9 +16,8 @@ CHECKSUM_N = 2
 
 _V2, _V1 = 0xFD, 0xFE
 _START = re.compile(b"[\xfd\xfe]", re.DOTALL)
-_HEADER = struct.Struct(
-    "<BBBxBBB3s"
-).unpack_from  # MAVLink 2: start, payload, flags, sequence, system, component, id
+_HEADER = struct.Struct("<BBBxBBB3s").unpack_from
+"""Of MAVLink 2: start, payload, flags, sequence, system, component, id."""
 _LEAST_N = 12  # of a MAVLink 2 frame: its header and its checksum
 _SIGNATURE_N = mavlink.MAVLINK_SIGNATURE_BLOCK_LEN
 crc: Callable[[bytes, int], int] = getattr(mavlink, "mcrf4xx", None) or (

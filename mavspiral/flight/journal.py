@@ -159,7 +159,15 @@ def read_journal(path: Path) -> tuple[JournaledFlight, ...]:
         if begin is not None:
             table = np.frombuffer(b"".join(rows), dtype="<f8").reshape(-1, ROW_N)
             flights.append(
-                JournaledFlight(begin, shift_enu_m, place, table, tuple(events), tuple(pictures), end)
+                JournaledFlight(
+                    begin=begin,
+                    shift_enu_m=shift_enu_m,
+                    place=place,
+                    rows=table,
+                    events=tuple(events),
+                    pictures=tuple(pictures),
+                    end=end,
+                )
             )
 
     for kind, body in _records(data):

@@ -224,9 +224,8 @@ class MissionTransfer:
             return self._list(now_us)
         if result in _PASSING:
             return self._passed(now_us, result)
-        if (
-            self._state is _State.MENDING and result == MissionResult.DENIED
-        ):  # it is being written, not listed
+        # It is being written, not listed.
+        if self._state is _State.MENDING and result == MissionResult.DENIED:
             return b""
         name = MissionResult(result).name if result in set(MissionResult) else str(result)
         raise LimitError(f"the vehicle refuses the {self._kind.name.lower()}{self._where()} ({name})")

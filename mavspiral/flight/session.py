@@ -71,7 +71,15 @@ class Session:
         config = config or SessionConfig()
         link = Link(tap, signer)
         first = profiles[0]
-        s = self._s = Situation(route, way_home, frame, config, first, link, TelemetryRequest(first))
+        s = self._s = Situation(
+            route=route,
+            way_home=way_home,
+            frame=frame,
+            config=config,
+            profile=first,
+            link=link,
+            telemetry=TelemetryRequest(first),
+        )
         s.alignment = None if align_at_enu_m is None else Alignment(align_at_enu_m)
         s.awaited = " or ".join(profile.name for profile in profiles)
         self._out: list[bytes] = []

@@ -5,9 +5,9 @@ so that a lost packet costs no picture and makes no second one. Its answers bear
 command not yet answered. A camera that is still busy with the shot before is asked until it is free. The camera numbers its pictures too: a gap in what is
 told of them is a picture that was taken and whose telling was lost. Behind the last shot that was told there is no gap:
 there the camera is asked for its next picture, until it tells or denies it. Before the first that was told there is none
-either: if the camera does not count it as its first, it is asked for the one before, whether that was ours. A shot by `digicam` cannot be numbered and
-is commanded once. By `distance` the vehicle itself shoots, from the first shot to the last. With `none` the camera
-runs by itself, and nothing is counted.
+either: if the camera does not count it as its first, it is asked for the one before, whether that was ours. A shot by
+`digicam` cannot be numbered and is commanded once. By `distance` the vehicle itself shoots, from the first shot to the
+last. With `none` the camera runs by itself, and nothing is counted.
 """
 
 from __future__ import annotations

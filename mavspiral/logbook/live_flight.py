@@ -23,12 +23,20 @@ __all__ = ["LiveFlight"]
 class LiveFlight:
     """A flight on a vehicle whose truth nobody knows: what was measured is against its own estimate.
 
-    Coverage and `inspected_s`, to where of the inspection's own time it came, are of the `earlier` flights too that it went
-    on from; `left_s` are the stretches that are left, where it did not come or shots were missed; `sorties_left_n` counts what was left before it, itself among them.
-    `shots` are all that were taken, where the vehicle said that it was (the log's places are in the plan as it lay), `photo_numbers` how many pictures lie before each
-    of them on the camera's card (-1: nobody can say; empty where the camera runs by itself), `pictures_n` those of this flight; `missed_shots` were commanded and never taken.
-    `shift_enu_m` (3,) is by how much the plan lay elsewhere, None if it was not aligned, `alignment` what was measured for it.
-    `refused_n` frames were not signed with our key, or had come before; None on a link that is not signed.
+    Coverage, `inspected_s`, `shots` and `photo_numbers` are of the `earlier` flights too that it went on from.
+
+    Args:
+        sorties_left_n: what was left before it, itself among them.
+        inspected_s: to where of the inspection's own time it came.
+        left_s: the stretches that are left, where it did not come or shots were missed.
+        shots: all that were taken, where the vehicle said that it was; the log's places are in the plan as it lay.
+        pictures_n: those of this flight.
+        missed_shots: were commanded and never taken.
+        refused_n: frames not signed with our key, or that had come before; None on a link that is not signed.
+        shift_enu_m: by how much the plan lay elsewhere, `(3,)`; None if it was not aligned.
+        alignment: what was measured for it.
+        photo_numbers: how many pictures lie before each of `shots` on the camera's card; -1 where nobody can say,
+            empty where the camera runs by itself.
     """
 
     inspection: Inspection

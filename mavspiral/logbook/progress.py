@@ -101,14 +101,14 @@ def progress_of(inspection: Inspection, path: Path) -> Progress:
         raise InputError(f"{path}: nothing is left to fly{also}. Fix: begin afresh without --resume")
     shift_enu_m = told[-1].shift_enu_m if told else None
     return Progress(
-        len(chain),
-        max((flight.came_to_s for flight in flown), default=0.0),
-        tuple(flown),
-        left_s,
-        tuple(logs),
-        tuple(shots),
-        tuple(shifts_enu_m),
-        shift_enu_m,
+        flights_n=len(chain),
+        done_s=max((flight.came_to_s for flight in flown), default=0.0),
+        flown=tuple(flown),
+        left_s=left_s,
+        logs=tuple(logs),
+        shots=tuple(shots),
+        shifts_enu_m=tuple(shifts_enu_m),
+        shift_enu_m=shift_enu_m,
     )
 
 

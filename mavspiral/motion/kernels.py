@@ -281,10 +281,8 @@ def adjusted(
     of the rest of one block and the beginning of the next (van Herk 1992; Gil and Werman 1993).
     """
     n, block = len(ratios), width + 2
-    since, until = (
-        np.zeros(n + block),
-        np.zeros(n + block),
-    )  # the worst since its block began, and until it ends
+    # The worst since its block began, and until it ends.
+    since, until = np.zeros(n + block), np.zeros(n + block)
     since[:n] = ratios
     until[:n] = ratios
     for first in range(0, n, block):

@@ -81,7 +81,16 @@ def _candidate(
             start_enu_m=start_enu_m[:2],
         )
         gaze = inward_gaze(path, smoothing_m=pace.speed_mps)
-        return Piece(name, "courtyard", path, gaze, path.rings, path.harmonics, standoff_m, pace)
+        return Piece(
+            name=name,
+            kind="courtyard",
+            path=path,
+            gaze=gaze,
+            rings=path.rings,
+            harmonics=path.harmonics,
+            standoff_m=standoff_m,
+            pace=pace,
+        )
 
     return Candidate(
         "courtyard",

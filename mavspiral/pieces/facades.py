@@ -191,7 +191,16 @@ def _candidate(setting: Setting, rows: list[Row], standoff_m: float) -> Candidat
         along = along / np.linalg.norm(along, axis=1, keepdims=True)
         pace = replace(pace, speed_mps=_stopping_mps(setting, place, along, pace.speed_mps))
         _, gaze = meander(towards, smoothing_m=pace.speed_mps)
-        return Piece(name, "facade", path, gaze, len(rows), 0, standoff_m, pace)
+        return Piece(
+            name=name,
+            kind="facade",
+            path=path,
+            gaze=gaze,
+            rings=len(rows),
+            harmonics=0,
+            standoff_m=standoff_m,
+            pace=pace,
+        )
 
     middle = [row.points_enu_m[len(row.points_enu_m) // 2] for row in (rows[0], rows[-1])]
     return Candidate("facade", middle[0], middle[1], planned)

@@ -142,7 +142,15 @@ class Filler:
         pose = fill.pose
         pitch = TurnGaze(pose.pitch_rad, pose.pitch_rad)
         return Piece(
-            name, "fill", fill.path, fill.gaze, 0, fill.harmonics, pose.range_m, self._pace(fill), pitch
+            name=name,
+            kind="fill",
+            path=fill.path,
+            gaze=fill.gaze,
+            rings=0,
+            harmonics=fill.harmonics,
+            standoff_m=pose.range_m,
+            pace=self._pace(fill),
+            gimbal_pitch=pitch,
         )
 
 

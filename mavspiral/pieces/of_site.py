@@ -62,7 +62,16 @@ def pieces_of(
     reach_m = 2.0 * asked.standoff_m + pace.speed_mps**2 / pace.acceleration_mps2
     solid = solid_distance(site, reach_m=reach_m)
     others = obstacle_distance(site, solid)
-    setting = Setting(mission, site, camera, pace, ways.clearance_m, solid, others, ways.solids)
+    setting = Setting(
+        mission=mission,
+        site=site,
+        camera=camera,
+        pace=pace,
+        required_m=ways.clearance_m,
+        solid=solid,
+        others=others,
+        everything=ways.solids,
+    )
     candidates, told = spirals_of(setting)
     if asked.courtyards:
         inner, narrow = courtyards_of(setting)
@@ -129,5 +138,14 @@ def _as_the_paper_has_it(mission: Mission, site: Site, camera: Camera, pace: Lim
     )
     path = spiral.path
     gaze = inward_gaze(path, smoothing_m=pace.speed_mps)
-    piece = Piece("building", "spiral", path, gaze, path.rings, path.harmonics, asked.standoff_m, pace)
+    piece = Piece(
+        name="building",
+        kind="spiral",
+        path=path,
+        gaze=gaze,
+        rings=path.rings,
+        harmonics=path.harmonics,
+        standoff_m=asked.standoff_m,
+        pace=pace,
+    )
     return Pieces((piece,), spiral.notices)

@@ -194,7 +194,17 @@ class RoofWay:
             speed_mps=pace.speed_mps,
         )
         harmonics = self.path.harmonics if isinstance(self.path, RoofPath) else 0
-        return Piece(name, "roof", self.path, yaw, 0, harmonics, standoff_m, pace, pitch)
+        return Piece(
+            name=name,
+            kind="roof",
+            path=self.path,
+            gaze=yaw,
+            rings=0,
+            harmonics=harmonics,
+            standoff_m=standoff_m,
+            pace=pace,
+            gimbal_pitch=pitch,
+        )
 
 
 def _spiral(

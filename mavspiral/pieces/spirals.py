@@ -113,7 +113,16 @@ def _piece(setting: Setting, band: _Band, name: str, start_enu_m: FloatArray) ->
     except TooNearError as error:
         raise LimitError(_too_near(setting, error)) from error
     gaze = inward_gaze(path, smoothing_m=pace.speed_mps)
-    return Piece(name, "spiral", path, gaze, path.rings, path.harmonics, standoff_m, pace)
+    return Piece(
+        name=name,
+        kind="spiral",
+        path=path,
+        gaze=gaze,
+        rings=path.rings,
+        harmonics=path.harmonics,
+        standoff_m=standoff_m,
+        pace=pace,
+    )
 
 
 def _too_near(setting: Setting, error: TooNearError) -> str:

@@ -1,7 +1,8 @@
 """Buildings from GeoJSON with OpenStreetMap's Simple 3D Buildings tags.
 
 https://wiki.openstreetmap.org/wiki/Simple_3D_Buildings: `building`, `building:part`, `height`, `min_height`,
-`building:levels`, and on these `roof:height` or `roof:levels`. Where a building has parts, they give its shape and its outline's own height does not count.
+`building:levels`, and on these `roof:height` or `roof:levels`. Where a building has parts, they give its shape and its
+outline's own height does not count.
 """
 
 from __future__ import annotations

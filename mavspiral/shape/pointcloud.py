@@ -1,8 +1,9 @@
 """A site from a LAS or LAZ point cloud: the highest point of each cell.
 
-Points classified as building (6) are the building, with what is unclassified (0, 1) and goes on at their height; where there
-are none, what stands out of the ground is. Ground (2) gives the ground, else the rim does. Noise (7, 18) is left out; everything else (wires, trees) is an obstacle. Points
-are read in chunks, after the header's claims were held against the size of the file.
+Points classified as building (6) are the building, with what is unclassified (0, 1) and goes on at their height; where
+there are none, what stands out of the ground is. Ground (2) gives the ground, else the rim does. Noise (7, 18) is left
+out; everything else (wires, trees) is an obstacle. Points are read in chunks, after the header's claims were held
+against the size of the file.
 """
 
 from __future__ import annotations

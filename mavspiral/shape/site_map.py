@@ -56,9 +56,8 @@ class SiteMap:
 
 def judge_size(request: MapRequest, rows: float, cols: float) -> None:
     """Refuses a grid that would not fit into memory, and says which cell size would."""
-    cells = max(
-        rows * cols, max(rows, cols) ** 2 / 4
-    )  # a long strip costs as much as the square around half of it
+    # A long strip costs as much as the square around half of it.
+    cells = max(rows * cols, max(rows, cols) ** 2 / 4)
     if not cells <= CELLS_MAX:
         fits = request.cell_m * math.sqrt(cells / CELLS_MAX)
         raise InputError(

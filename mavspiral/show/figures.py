@@ -189,9 +189,8 @@ def _profile(
         axes.axhline(profile.allowed, color=LIMIT, lw=0.8, ls=(0, (4, 3)))
     axes.set_title(profile.title, loc="left", fontsize=9)
     axes.set_xlim(0.0, float(profile.t_s[-1]))
-    axes.set_ylim(
-        bottom=0.0 if not np.any(profile.value < 0.0) else None
-    )  # a home may lie below the building's ground
+    # A home may lie below the building's ground.
+    axes.set_ylim(bottom=None if np.any(profile.value < 0.0) else 0.0)
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelbottom=last, labelsize=7)
     if last:

@@ -85,13 +85,13 @@ def patches_of(site: Site, patch_m: float = PATCH_M) -> Patches:
     order = np.argsort(centre[:, 2], kind="stable")
     centre, normal, side = centre[order], normal[order], side[order]
     return Patches(
-        centre,
-        _before(site, centre, normal, side),
-        normal,
-        area[order],
-        height[order],
-        side,
-        site.heights.cell_m,
+        centre_enu_m=centre,
+        before_enu_m=_before(site, centre, normal, side),
+        normal_enu=normal,
+        area_m2=area[order],
+        height_m=height[order],
+        side=side,
+        cell_m=site.heights.cell_m,
     )
 
 

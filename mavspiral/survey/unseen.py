@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,15 +83,7 @@ def unseen_lines(
     wanted = np.ones(len(patches), dtype=np.bool_) if roofs else patches.is_wall
     if bool((coverage.seen | ~wanted).all()):
         return ()
-    index, because, gaps_m = unseen_because(coverage, shots, site, camera, narrow_m)
-    because = np.where(coverage.views[index] > 0, TOO_FEW, because)
-    because = np.where((gaps_m < narrow_m) & (because != TOO_FEW), NARROW, because)
-    row, col = np.moveaxis(site.heights.index(patches.before_enu_m[index]), -1, 0)
-    rows, cols = closed.shape
-    in_court = closed[np.clip(row, 0, rows - 1), np.clip(col, 0, cols - 1)] & patches.is_wall[index]
-    because = np.where(in_court, IN_COURT, because)
-    best_pose = coverage.best_pose[index]
-    because = np.where((best_pose != UNKNOWN) & (best_pose != SEEABLE), NO_POSE + best_pose, because)
+    causes = _causes(coverage, shots, site, camera, narrow_m, closed)
     facts: dict[str, float | str] = {
         "reach": coverage.demand.gsd_max_m / camera.gsd_m(1.0),
         "lowest": float(shots.position_enu_m[:, 2].min(initial=math.inf)),
@@ -102,36 +96,70 @@ def unseen_lines(
         "ceiling": room.highest_m,
         "views": coverage.demand.views_min,
     }
-    lines: list[str] = []
-    for what, of in (("wall", patches.is_wall), ("roof", ~patches.is_wall & wanted)):
-        whole_m2 = float(patches.area_m2[of].sum())
-        told: list[tuple[float, str]] = []
-        rest_m2 = 0.0
-        for reason in np.unique(because[of[index]]):
-            here = index[of[index] & (because == reason)]
-            area_m2 = float(patches.area_m2[here].sum())
-            if area_m2 < SMALL_SHARE * whole_m2:
-                rest_m2 += area_m2
-                continue
-            near_m = float(gaps_m[because == reason].min())
-            facts["near"] = f"{near_m:.0f} m away or more" if near_m >= 0.5 else "that may lean on it"
-            sides = _sides(patches, here) if what == "wall" else ""
-            low, high = _heights_m(patches.centre_enu_m[here, 2], patches.height_m[here])
-            told.append(
-                (
-                    area_m2,
-                    f"unseen {what}: {_area(area_m2)} ({_share(area_m2 / whole_m2)}) {_known(coverage, here)}{WORDS[int(reason)].format(**facts)}; "
-                    f"{sides}{low:.1f} to {high:.1f} m up",
-                )
-            )
-        told.sort(reverse=True)
-        rest_m2 += sum(area for area, _ in told[LINES_MAX:])
-        lines += [line for _, line in told[:LINES_MAX]]
-        if rest_m2 >= 0.1:
-            lines.append(
-                f"unseen {what}: {_area(rest_m2)} ({_share(rest_m2 / whole_m2)}) in scattered places"
-            )
-    return tuple(lines)
+    walls = _lines_of("wall", patches.is_wall, coverage, causes, facts)
+    return (*walls, *_lines_of("roof", ~patches.is_wall & wanted, coverage, causes, facts))
+
+
+class _Causes(NamedTuple):
+    """Why patches are unseen.
+
+    Args:
+        unseen: the patches that are.
+        because: of each of them, a key of `WORDS`.
+        gaps_m: how far away what each of them faces is.
+    """
+
+    unseen: NDArray[np.int64]
+    because: NDArray[np.int64]
+    gaps_m: FloatArray
+
+
+def _causes(
+    coverage: Coverage, shots: Shots, site: Site, camera: Camera, narrow_m: float, closed: NDArray[np.bool_]
+) -> _Causes:
+    patches = coverage.patches
+    index, because, gaps_m = unseen_because(coverage, shots, site, camera, narrow_m)
+    because = np.where(coverage.views[index] > 0, TOO_FEW, because)
+    because = np.where((gaps_m < narrow_m) & (because != TOO_FEW), NARROW, because)
+    row, col = np.moveaxis(site.heights.index(patches.before_enu_m[index]), -1, 0)
+    rows, cols = closed.shape
+    in_court = closed[np.clip(row, 0, rows - 1), np.clip(col, 0, cols - 1)] & patches.is_wall[index]
+    because = np.where(in_court, IN_COURT, because)
+    best_pose = coverage.best_pose[index]
+    because = np.where((best_pose != UNKNOWN) & (best_pose != SEEABLE), NO_POSE + best_pose, because)
+    return _Causes(index, because, gaps_m)
+
+
+def _lines_of(
+    what: str, of: NDArray[np.bool_], coverage: Coverage, causes: _Causes, facts: Mapping[str, float | str]
+) -> tuple[str, ...]:
+    """The lines on walls or roofs, `what`, which are the patches `of`; the small causes are summed up in the last."""
+    patches, (index, because, gaps_m) = coverage.patches, causes
+    whole_m2 = float(patches.area_m2[of].sum())
+    told: list[tuple[float, str]] = []
+    rest_m2 = 0.0
+    for reason in np.unique(because[of[index]]):
+        here = index[of[index] & (because == reason)]
+        area_m2 = float(patches.area_m2[here].sum())
+        if area_m2 < SMALL_SHARE * whole_m2:
+            rest_m2 += area_m2
+            continue
+        near_m = float(gaps_m[because == reason].min())
+        near = f"{near_m:.0f} m away or more" if near_m >= 0.5 else "that may lean on it"
+        cause = WORDS[int(reason)].format(near=near, **facts)
+        sides = _sides(patches, here) if what == "wall" else ""
+        low, high = _heights_m(patches.centre_enu_m[here, 2], patches.height_m[here])
+        line = (
+            f"unseen {what}: {_area(area_m2)} ({_share(area_m2 / whole_m2)}) {_known(coverage, here)}{cause}; "
+            f"{sides}{low:.1f} to {high:.1f} m up"
+        )
+        told.append((area_m2, line))
+    told.sort(reverse=True)
+    rest_m2 += sum(area for area, _ in told[LINES_MAX:])
+    lines = tuple(line for _, line in told[:LINES_MAX])
+    if rest_m2 < 0.1:
+        return lines
+    return (*lines, f"unseen {what}: {_area(rest_m2)} ({_share(rest_m2 / whole_m2)}) in scattered places")
 
 
 def _known(coverage: Coverage, here: NDArray[np.int64]) -> str:

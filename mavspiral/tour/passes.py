@@ -98,7 +98,15 @@ def flown_in_order(
         law = fastest_law(piece.path, piece.gaze, piece.pace, sight=sight, pitch=piece.gimbal_pitch)
         leg = Leg(name, piece.path, piece.gaze, law, piece.gimbal_pitch, sight)
         passes.append(
-            Pass(piece.name, piece.kind, piece.rings, piece.harmonics, piece.standoff_m, piece.pace, leg)
+            Pass(
+                name=piece.name,
+                kind=piece.kind,
+                rings=piece.rings,
+                harmonics=piece.harmonics,
+                standoff_m=piece.standoff_m,
+                pace=piece.pace,
+                leg=leg,
+            )
         )
     return tuple(passes)
 

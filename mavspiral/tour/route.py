@@ -26,14 +26,14 @@ def ways_of(mission: Mission, site: Site, clearance_m: float) -> Ways:
     """The ways of a mission that keep `clearance_m`."""
     heights = site.heights
     return Ways(
-        Solids.of_map(heights),
-        heights.frame,
-        heights.top_m,
-        limits_of(mission),
-        clearance_m,
-        mission.limits.ceiling_m,
-        mission.vehicle.radius_m,
-        partial(nearest_obstacle, mission, site),
+        solids=Solids.of_map(heights),
+        frame=heights.frame,
+        top_m=heights.top_m,
+        limits=limits_of(mission),
+        clearance_m=clearance_m,
+        ceiling_m=mission.limits.ceiling_m,
+        radius_m=mission.vehicle.radius_m,
+        named=partial(nearest_obstacle, mission, site),
     )
 
 

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from sitl.autopilot.modes import MODES
+from sitl.condition import Condition
 from sitl.geo import geodetic_of_ned, ned_of_geodetic
-from sitl.orders import Condition, Home, Mode
+from sitl.orders import Mode
 from sitl.signals import GeoPoint, vector
+from sitl.status import Home
 
 __all__ = ["home_in", "home_of", "idle_limit_us", "is_ready", "why_not_arm"]
 

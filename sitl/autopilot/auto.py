@@ -28,9 +28,10 @@ from sitl.autopilot.trip import (
     fly_home,
     yaw_limits,
 )
-from sitl.orders import Condition, Home
+from sitl.condition import Condition
 from sitl.plans import MissionRun, PlanItem
 from sitl.signals import Setpoint
+from sitl.status import Home
 
 __all__ = ["Auto", "begin_auto", "changed"]
 

@@ -19,9 +19,9 @@ from sitl.autopilot.curves import CircleLeg, SplineLeg, spline_between
 from sitl.autopilot.scurve import Leg, leg_between, reaches_within, stops_within
 from sitl.autopilot.trip import Speeds, Stop, acceleration_of, speeds_of, vertical_limits
 from sitl.geo import ned_of_geodetic
-from sitl.orders import Home
 from sitl.plans import PlanItem
 from sitl.signals import FloatArray
+from sitl.status import Home
 
 __all__ = ["AnyLeg", "Route"]
 

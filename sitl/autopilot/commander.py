@@ -21,23 +21,19 @@ from sitl.autopilot.pilot import Pilot
 from sitl.autopilot.planning import leave_mission, shoot, stand_down_mission, take_plan
 from sitl.autopilot.progress import proceed
 from sitl.clock import FRAME_S
+from sitl.condition import Condition
 from sitl.orders import (
     Arm,
     ChangeSpeed,
-    Condition,
     Disarm,
-    FlightStatus,
     GoToItem,
-    Landed,
     Mode,
-    Notice,
     Orbit,
     Order,
     Pause,
     Reposition,
     SetHome,
     SetOutput,
-    Severity,
     StartMission,
     SwitchMode,
     TakeOff,
@@ -48,6 +44,7 @@ from sitl.orders import (
     WishMode,
 )
 from sitl.signals import Demand, Setpoint
+from sitl.status import FlightStatus, Landed, Notice, Severity
 
 __all__ = ["Commander", "CommanderState"]
 

@@ -26,20 +26,11 @@ from sitl.autopilot.pilot import Pilot
 from sitl.autopilot.smart import fly_back
 from sitl.autopilot.trip import Trip
 from sitl.clock import FRAME_S
-from sitl.orders import (
-    Condition,
-    FenceStatus,
-    FlightStatus,
-    Landed,
-    Mode,
-    Order,
-    SetHome,
-    SetOutput,
-    Severity,
-    Verdict,
-)
+from sitl.condition import Condition
+from sitl.orders import Mode, Order, SetHome, SetOutput, Verdict
 from sitl.plans import MissionRun, PlanItem
 from sitl.signals import Demand, GeoPoint, Setpoint
+from sitl.status import FenceStatus, FlightStatus, Landed, Severity
 
 __all__ = ["Copter"]
 

@@ -15,7 +15,9 @@ from operator import mul
 from sitl.autopilot.copter_memory import CopterState, knows_place, notify, stand_down
 from sitl.autopilot.copter_modes import COPTER_MODES
 from sitl.autopilot.copter_orders import switch
-from sitl.orders import Condition, Mode, Severity, Verdict
+from sitl.condition import Condition
+from sitl.orders import Mode, Verdict
+from sitl.status import Severity
 
 __all__ = ["LOOK_US", "act", "watch"]
 

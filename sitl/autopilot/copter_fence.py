@@ -12,7 +12,9 @@ from dataclasses import replace
 from sitl.autopilot.copter_failsafe import act
 from sitl.autopilot.copter_memory import CopterState, knows_place, notify, stand_down
 from sitl.autopilot.fence import CIRCLE, HIGH, LOW, POLYGON, beyond, fence_parts
-from sitl.orders import Condition, Mode, Severity
+from sitl.condition import Condition
+from sitl.orders import Mode
+from sitl.status import Severity
 
 __all__ = ["watch_fence"]
 

@@ -11,7 +11,9 @@ from sitl.autopilot.guided import Guided
 from sitl.autopilot.memory import NOTHING, PilotState
 from sitl.autopilot.smart import Trail
 from sitl.autopilot.trip import Speeds, Trip
-from sitl.orders import Condition, Mode, Notice, Severity, Verdict
+from sitl.condition import Condition
+from sitl.orders import Mode, Verdict
+from sitl.status import Notice, Severity
 
 __all__ = [
     "PLACE_US",

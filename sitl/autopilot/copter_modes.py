@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 from sitl.autopilot.glide import Glide
 from sitl.autopilot.trip import Trip, fly_home, hold_here, land_here
-from sitl.orders import Home, Mode
+from sitl.orders import Mode
+from sitl.status import Home
 
 __all__ = ["COPTER_MODES", "CopterRow"]
 

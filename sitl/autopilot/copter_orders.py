@@ -21,14 +21,13 @@ from sitl.autopilot.copter_modes import COPTER_MODES
 from sitl.autopilot.fence import beyond
 from sitl.autopilot.guided import Guided, begin_guided
 from sitl.autopilot.memory import NOTHING
+from sitl.condition import Condition
 from sitl.geo import ned_of_geodetic
 from sitl.orders import (
     Arm,
     ChangeSpeed,
-    Condition,
     Disarm,
     GoToItem,
-    Home,
     Mode,
     Orbit,
     Order,
@@ -36,7 +35,6 @@ from sitl.orders import (
     Reposition,
     SetHome,
     SetOutput,
-    Severity,
     StartMission,
     SwitchMode,
     TakeOff,
@@ -48,6 +46,7 @@ from sitl.orders import (
 )
 from sitl.plans import MissionRun, PlanKind
 from sitl.signals import GeoPoint, Setpoint, vector
+from sitl.status import Home, Severity
 
 __all__ = ["carry_out", "steer", "switch"]
 

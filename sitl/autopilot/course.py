@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from sitl.autopilot.glide import Glide, GlideLimits, step_glide
 from sitl.autopilot.modes import MODES, Briefing, Route, Waypoint
-from sitl.orders import Condition, Mode
+from sitl.condition import Condition
+from sitl.orders import Mode
 from sitl.signals import Setpoint
 
 __all__ = ["Course", "begin_course", "landing", "lifting"]

@@ -14,7 +14,9 @@ from sitl.autopilot.modes import repositioned
 from sitl.autopilot.orbit import OrbitCourse, begin_orbit
 from sitl.autopilot.planning import leave_mission
 from sitl.autopilot.progress import briefing_of
-from sitl.orders import ChangeSpeed, Condition, Mode, Orbit, OrbitRun, Reposition, Verdict
+from sitl.condition import Condition
+from sitl.orders import ChangeSpeed, Mode, Orbit, Reposition, Verdict
+from sitl.status import OrbitRun
 
 __all__ = ["change_speed", "circle", "orbit_run", "reposition"]
 

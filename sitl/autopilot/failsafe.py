@@ -16,8 +16,10 @@ from typing import Final
 from sitl.autopilot.charge import Charge, answer_to, charge_of
 from sitl.autopilot.memory import CommanderState
 from sitl.autopilot.offboard import mode_after_loss
-from sitl.orders import Condition, Mode, Severity
+from sitl.condition import Condition
+from sitl.orders import Mode
 from sitl.signals import Setpoint
+from sitl.status import Severity
 
 __all__ = ["Remark", "change_conduct", "descent", "watch_charge"]
 

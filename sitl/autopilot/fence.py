@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterator, Mapping
 
 from sitl.autopilot.copter_memory import CopterState
+from sitl.condition import Condition
 from sitl.geo import ned_of_geodetic
-from sitl.orders import Condition
 from sitl.plans import PlanItem
 
 __all__ = ["CIRCLE", "HIGH", "LOW", "POLYGON", "beyond", "fence_parts"]

@@ -15,8 +15,9 @@ from typing import NamedTuple
 from sitl.autopilot.glide import Glide, start_glide
 from sitl.autopilot.shaping import Motion, pursue, shape_yaw
 from sitl.autopilot.trip import Speeds, Trip, climb, speeds_of, vertical_limits, yaw_limits
+from sitl.condition import Condition
 from sitl.kernels import Triple
-from sitl.orders import Condition, TurnTo
+from sitl.orders import TurnTo
 from sitl.signals import Setpoint
 
 __all__ = ["Guided", "begin_guided"]

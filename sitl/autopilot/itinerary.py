@@ -9,9 +9,9 @@ from enum import IntEnum
 
 from sitl.autopilot.modes import Waypoint
 from sitl.geo import ned_of_geodetic
-from sitl.orders import Home
 from sitl.plans import PlanItem
 from sitl.signals import GeoPoint
+from sitl.status import Home
 
 __all__ = ["NAV", "Station", "next_seq", "remarks", "station_after", "stations_of", "why_not_fly"]
 

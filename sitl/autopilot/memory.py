@@ -10,9 +10,10 @@ from sitl.autopilot.course import Course
 from sitl.autopilot.mission import MissionCourse
 from sitl.autopilot.orbit import OrbitCourse
 from sitl.autopilot.payload import Payload
-from sitl.orders import Home, Mode, Notice, Shot
+from sitl.orders import Mode
 from sitl.plans import MissionRun, Plans
 from sitl.signals import Setpoint
+from sitl.status import Home, Notice, Shot
 
 __all__ = ["NOTHING", "CommanderState", "PilotState"]
 

@@ -15,7 +15,8 @@ from sitl.autopilot.glide import GlideLimits, stopping_point
 from sitl.autopilot.itinerary import NAV, Station, next_seq, station_after, stations_of
 from sitl.autopilot.modes import Briefing, Waypoint
 from sitl.autopilot.passage import Leg, Passage, step_passage
-from sitl.orders import Condition, Mode
+from sitl.condition import Condition
+from sitl.orders import Mode
 from sitl.plans import MissionRun, PlanItem
 from sitl.rotation import to_yaw
 from sitl.signals import Setpoint
@@ -206,7 +207,16 @@ def begin_mission(items: tuple[PlanItem, ...], run: MissionRun, briefing: Briefi
         top_m = glide.down_m - parameters["MIS_TAKEOFF_ALT"]
         top_m = top_m if first is None else min(top_m, first.waypoint.down_m)
         inner = lifting(Waypoint(glide.position_m, top_m), briefing)
-    return MissionCourse(items, stations, home_m, run, leg, Passage(glide), glide.yaw_ned_rad, inner)
+    return MissionCourse(
+        items=items,
+        stations=stations,
+        home_m=home_m,
+        run=run,
+        leg=leg,
+        passage=Passage(glide),
+        yaw_ned_rad=glide.yaw_ned_rad,
+        inner=inner,
+    )
 
 
 def _leg(

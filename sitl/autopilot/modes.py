@@ -12,9 +12,11 @@ from dataclasses import dataclass
 
 from sitl.autopilot.glide import Glide, stopping_point
 from sitl.autopilot.homecoming import return_height_m
+from sitl.condition import Condition
 from sitl.geo import ned_of_geodetic
-from sitl.orders import Condition, Home, Mode, Reposition
+from sitl.orders import Mode, Reposition
 from sitl.signals import GeoPoint
+from sitl.status import Home
 
 __all__ = ["MODES", "Briefing", "ModeRow", "Route", "Waypoint", "climbs", "repositioned"]
 

@@ -11,9 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from sitl.autopilot.glide import Glide, GlideLimits, step_glide
+from sitl.condition import Condition
 from sitl.geo import geodetic_of_ned, ned_of_geodetic
-from sitl.orders import Condition, Mode, Orbit, OrbitRun
+from sitl.orders import Mode, Orbit
 from sitl.signals import GeoPoint, Setpoint
+from sitl.status import OrbitRun
 
 __all__ = ["OrbitCourse", "begin_orbit"]
 
@@ -117,14 +119,14 @@ def begin_orbit(
     fastest_mps = min(_SPEED_MAX_MPS, math.sqrt(_ACCELERATION_MAX_MPS2 * radius_m))
     speed_mps = min(max(speed_mps, -fastest_mps), fastest_mps)
     return OrbitCourse(
-        centre_m,
-        down_m,
-        radius_m,
-        clockwise * speed_mps,
-        behaviour,
-        here.yaw_ned_rad,
-        here,
-        here.setpoint(),
+        centre_m=centre_m,
+        down_m=down_m,
+        radius_m=radius_m,
+        speed_mps=clockwise * speed_mps,
+        yaw_behaviour=behaviour,
+        initial_yaw_rad=here.yaw_ned_rad,
+        glide=here,
+        setpoint=here.setpoint(),
     )
 
 

@@ -6,11 +6,12 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from sitl.condition import Condition
 from sitl.geo import geodetic_of_ned, ned_of_geodetic
-from sitl.orders import Condition, Home, PayloadStatus, Shot
 from sitl.plans import PlanItem
 from sitl.rotation import from_euler, to_yaw
 from sitl.signals import GeoPoint, vector
+from sitl.status import Home, PayloadStatus, Shot
 
 __all__ = ["Payload"]
 

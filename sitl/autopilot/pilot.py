@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Generic, TypeVar
 
 from sitl.autopilot.memory import PilotState
-from sitl.orders import Notice, Shot
 from sitl.plans import MissionRun, Plans
 from sitl.signals import Demand
+from sitl.status import Notice, Shot
 
 __all__ = ["Pilot"]
 

@@ -9,8 +9,10 @@ from sitl.autopilot.itinerary import remarks, why_not_fly
 from sitl.autopilot.memory import CommanderState
 from sitl.autopilot.mission import MissionCourse
 from sitl.autopilot.payload import Payload
-from sitl.orders import Condition, Mode, Severity, Shot, TakePlan
+from sitl.condition import Condition
+from sitl.orders import Mode, TakePlan
 from sitl.plans import MissionRun, PlanKind
+from sitl.status import Severity, Shot
 
 __all__ = ["end_mission", "leave_mission", "shoot", "stand_down_mission", "take_plan"]
 

@@ -12,7 +12,8 @@ from sitl.autopilot.mission import MissionCourse, begin_mission
 from sitl.autopilot.modes import MODES, Briefing
 from sitl.autopilot.orbit import OrbitCourse
 from sitl.autopilot.planning import end_mission
-from sitl.orders import Condition, Mode
+from sitl.condition import Condition
+from sitl.orders import Mode
 from sitl.signals import Setpoint
 
 __all__ = ["briefing_of", "proceed"]

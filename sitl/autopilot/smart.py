@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 
 from sitl.autopilot.glide import Glide
 from sitl.autopilot.trip import Stop, Trip, fly_home
-from sitl.orders import Condition, Home
+from sitl.condition import Condition
+from sitl.status import Home
 
 __all__ = ["Trail", "fly_back"]
 

@@ -13,8 +13,9 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from sitl.autopilot.glide import Glide, GlideLimits, step_glide, stopping_point
-from sitl.orders import Condition, Home
+from sitl.condition import Condition
 from sitl.signals import Setpoint
+from sitl.status import Home
 
 __all__ = [
     "Speeds",

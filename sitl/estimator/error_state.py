@@ -30,7 +30,7 @@ STATES = 15
 
 @kernel
 def _blocks(q: Quaternion, force: Triple, rate: Triple, dt: float) -> tuple:
-    """dt·∂v̇/∂θ = -R [f]× dt, dt·∂v̇/∂a_b = -R dt, and exp(-[ω]× dt); each 3×3 by rows."""
+    """dt·∂v̇/∂θ = -R [f]× dt, R (of which ∂v̇/∂a_b is the negative), and exp(-[ω]× dt); each 3×3 by rows."""
     r = matrix(q)
     fx, fy, fz = dt * force[0], dt * force[1], dt * force[2]
     t = matrix(exponential((-dt * rate[0], -dt * rate[1], -dt * rate[2])))
@@ -171,8 +171,8 @@ def mag_jacobian(q: FloatArray, field_ned: FloatArray) -> FloatArray:
 def report(navs: np.ndarray, P: FloatArray, wander_variance_m2: FloatArray, told: FloatArray) -> None:
     """Fill `told` with what an Estimate says.
 
-    Position's variance is carried from the horizon to the output. Position, velocity, q, rate, acceleration, gyro and accelerometer bias; then NED variances of position,
-    velocity and attitude.
+    Position, velocity, q, rate, acceleration, gyro and accelerometer bias; then NED variances of position, velocity
+    and attitude. Position's variance is carried from the horizon to the output.
     """
     nav = navs[0]
     q, ahead_s = nav.out_q_ned_frd, (nav.horizon_frames - 1) * PREDICT_S

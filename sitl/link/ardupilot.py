@@ -36,8 +36,9 @@ from sitl.link.report import Report
 from sitl.link.signing import Signer
 from sitl.link.streams import Schedule, Streams
 from sitl.link.telemetry import Builder
-from sitl.orders import Arm, Home, Notice, Severity, Shot, SwitchMode, Verdict
+from sitl.orders import Arm, SwitchMode, Verdict
 from sitl.signals import Setpoint
+from sitl.status import Home, Notice, Severity, Shot
 
 __all__ = ["ArduPilotLink", "ArduPilotLinkState"]
 
@@ -147,14 +148,14 @@ class ArduPilotLink:
     def snapshot(self) -> ArduPilotLinkState:
         """All that this link remembers."""
         return ArduPilotLinkState(
-            self._codec.snapshot(),
-            self._streams.snapshot(),
-            replace(self._parameters),
-            replace(self._plans),
-            replace(self._files),
-            self._greets,
-            self._told_home,
-            self._text_number,
+            codec=self._codec.snapshot(),
+            schedule=self._streams.snapshot(),
+            parameters=replace(self._parameters),
+            plans=replace(self._plans),
+            files=replace(self._files),
+            greets=self._greets,
+            told_home=self._told_home,
+            text_number=self._text_number,
         )
 
     def restore(self, state: ArduPilotLinkState) -> None:

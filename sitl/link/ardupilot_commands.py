@@ -10,7 +10,6 @@ from pymavlink.dialects.v20 import common
 from sitl.link.commands import ORDERS, Command
 from sitl.orders import (
     ChangeSpeed,
-    FlightStatus,
     Mode,
     Order,
     Pause,
@@ -23,6 +22,7 @@ from sitl.orders import (
     TurnTo,
 )
 from sitl.signals import GeoPoint
+from sitl.status import FlightStatus
 
 __all__ = ["COPTER_ORDERS", "INT_ONLY", "INT_ORDERS"]
 

@@ -13,8 +13,8 @@ from pymavlink.dialects.v20 import common
 
 from sitl.link.item_messages import packed
 from sitl.link.messages import Message, message_type
-from sitl.orders import Home
 from sitl.plans import PlanItem, PlanKind
+from sitl.status import Home
 
 __all__ = ["CAPACITY", "item_of", "message_of", "with_home"]
 

@@ -13,7 +13,8 @@ from sitl.link.mode_list import ListedMode
 from sitl.link.px4_status import STATUS
 from sitl.link.report import Report, euler_rad, whole
 from sitl.link.telemetry import TELEMETRY, Builder
-from sitl.orders import Mode, Shot
+from sitl.orders import Mode
+from sitl.status import Shot
 
 __all__ = ["BOOT_US", "COPTER_LISTED_MODES", "COPTER_STATUS", "MODE_OF_NUMBER", "camera_feedback"]
 

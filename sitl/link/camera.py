@@ -19,7 +19,8 @@ from sitl.link.instruments import image_captured
 from sitl.link.messages import Message, MessageType, message_type
 from sitl.link.report import Report
 from sitl.link.signing import Signer
-from sitl.orders import Shot, Verdict
+from sitl.orders import Verdict
+from sitl.status import Shot
 
 __all__ = ["CAMERA_COMPONENT", "Camera", "CameraState"]
 

@@ -14,7 +14,6 @@ from sitl.orders import (
     Arm,
     ChangeSpeed,
     Disarm,
-    FlightStatus,
     Mode,
     Orbit,
     Order,
@@ -25,6 +24,7 @@ from sitl.orders import (
     UsePayload,
 )
 from sitl.plans import PlanItem
+from sitl.status import FlightStatus
 
 __all__ = ["ORDERS", "Command", "answered", "command_of", "whole_number"]
 

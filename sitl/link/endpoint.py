@@ -1,20 +1,19 @@
-"""UDP, TCP and real time: the only place in `sitl` with sockets and a wall clock."""
+"""UDP and TCP: the only place in `sitl` with sockets."""
 
 from __future__ import annotations
 
 import contextlib
 import errno
 import socket
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from typing import Protocol
 
-from sitl.clock import FRAME_US
 from sitl.link.frames import datagrams
 
 __all__ = [
     "ARDUPILOT_TCP_PORTS",
     "GCS_PORTS",
+    "INSTANCE_STEP",
     "OFFBOARD_PORTS",
     "Endpoint",
     "PortTakenError",
@@ -23,10 +22,8 @@ __all__ = [
     "ardupilot_links",
     "is_free",
     "listening",
+    "listens",
     "px4_links",
-    "run",
-    "signing_timestamp",
-    "wait_for_client",
 ]
 
 OFFBOARD_PORTS = (14580, 14540)
@@ -34,17 +31,12 @@ OFFBOARD_PORTS = (14580, 14540)
 GCS_PORTS = (18570, 14550)
 ARDUPILOT_TCP_PORTS = (5760, 5762, 5763)
 """Where ArduPilot SITL listens, each plus ten times the instance."""
-_INSTANCE_STEP = 10
+INSTANCE_STEP = 10
 
 _RECEIVE_SIZE = 65535
 _DATAGRAMS_PER_FRAME = 256
-_SIGNING_EPOCH_S = 1_420_070_400  # 2015-01-01 UTC
 _UNSENT_LIMIT = 1 << 20
 _PROBE_S = 0.05
-_GIVE_UP_S = 0.5
-"""So late, the clock is set anew rather than caught up with."""
-_HASTE = 2.0
-"""How much faster than asked for lateness is caught up with: all at once it would overflow the peers' sockets."""
 
 
 class PortTakenError(OSError):
@@ -134,9 +126,19 @@ def is_free(port: int, kind: str = "UDP") -> bool:
     return True
 
 
-def signing_timestamp() -> int:
-    """What the clock says, as MAVLink's signatures count: 10 µs since 2015."""
-    return int((time.time() - _SIGNING_EPOCH_S) * 1e5)
+def listens(port: int) -> bool:
+    """Whether anybody on this machine has that UDP port: else an empty datagram is refused."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect(("127.0.0.1", port))
+        probe.settimeout(_PROBE_S)
+        try:
+            probe.send(b"")
+            probe.recv(1)
+        except TimeoutError:
+            return True
+        except OSError:
+            return False
+    return True
 
 
 class TcpLink:
@@ -239,7 +241,7 @@ def ardupilot_links(bind_address: str, instance: int) -> tuple[Endpoint, ...]:
         PortTakenError: one of the ports is in use; none is held then.
     """
     links: list[Endpoint] = []
-    offset = _INSTANCE_STEP * instance
+    offset = INSTANCE_STEP * instance
     try:
         links += [TcpLink(bind_address, port + offset) for port in ARDUPILOT_TCP_PORTS]
         links.append(UdpLink(bind_address, 0, GCS_PORTS[1] + offset))
@@ -248,29 +250,6 @@ def ardupilot_links(bind_address: str, instance: int) -> tuple[Endpoint, ...]:
             link.close()
         raise
     return tuple(links)
-
-
-def wait_for_client(links: Sequence[Endpoint], instance: int) -> None:
-    """Come back when somebody has connected to the first TCP port, or listens on the ground station's UDP port."""
-    console = links[0]
-    assert isinstance(console, TcpLink)
-    while not (console.has_client() or _listens(GCS_PORTS[1] + _INSTANCE_STEP * instance)):
-        time.sleep(_PROBE_S)
-
-
-def _listens(port: int) -> bool:
-    """Whether anybody on this machine has that UDP port: else an empty datagram is refused."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.connect(("127.0.0.1", port))
-        probe.settimeout(_PROBE_S)
-        try:
-            probe.send(b"")
-            probe.recv(1)
-        except TimeoutError:
-            return True
-        except OSError:
-            return False
-    return True
 
 
 @contextlib.contextmanager
@@ -285,32 +264,3 @@ def listening(port: int) -> Iterator[None]:
         yield
     finally:
         link.close()
-
-
-def run(
-    exchange: Callable[[int, tuple[bytes, ...]], tuple[bytes, ...]],
-    links: Sequence[Endpoint],
-    *,
-    speedup: float = 1.0,
-    after_frame: Callable[[], bool] = lambda: True,
-) -> None:
-    """Drive `exchange` with simulated time, `speedup` times the clock's, until `after_frame` says no.
-
-    Frames have absolute deadlines, so that lateness does not add up; who was kept from running hurries, but sends no flood.
-    """
-    frame_s = 1e-6 * FRAME_US / speedup
-    now_us, deadline_s = 0, time.monotonic()
-    begun_s = deadline_s
-    while after_frame():
-        now_us, deadline_s = now_us + FRAME_US, deadline_s + frame_s
-        now_s = time.monotonic()
-        if now_s - deadline_s > _GIVE_UP_S:
-            deadline_s = now_s
-        rest_s = max(deadline_s, begun_s + frame_s / _HASTE) - now_s
-        if rest_s > 0.0:
-            time.sleep(rest_s)
-        begun_s = time.monotonic()
-        received = tuple(link.receive() for link in links)
-        for link, data in zip(links, exchange(now_us, received), strict=True):
-            if data:
-                link.send(data)

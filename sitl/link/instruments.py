@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from sitl.link.messages import Message, MessageType, message_type
 from sitl.link.report import Report, heading_deg, whole
 from sitl.link.telemetry import Builder
-from sitl.orders import Shot
+from sitl.status import Shot
 
 __all__ = ["INSTRUMENTS", "image_captured"]
 

@@ -29,8 +29,9 @@ from sitl.link.px4_status import MODE_OF_CODE, MODES_NOT_FLOWN, status_texts
 from sitl.link.px4_telemetry import TELEMETRY_COMMANDS, Px4Telemetry, TelemetryState
 from sitl.link.setpoints import attitude_setpoint_of, setpoint_of
 from sitl.link.signing import Signer
-from sitl.orders import Notice, Shot, SwitchMode, Verdict, WishMode
+from sitl.orders import SwitchMode, Verdict, WishMode
 from sitl.signals import GeoPoint
+from sitl.status import Notice, Shot
 
 __all__ = ["Px4Link", "Px4LinkState"]
 
@@ -155,15 +156,15 @@ class Px4Link:
     def snapshot(self) -> Px4LinkState:
         """All that this link remembers."""
         return Px4LinkState(
-            self._codec.snapshot(),
-            self._telemetry.snapshot(),
-            replace(self._parameters),
-            replace(self._plans),
-            replace(self._files),
-            self._verdicts,
-            self._hears_gcs,
-            self._text_number,
-            None if self._camera is None else self._camera.snapshot(),
+            codec=self._codec.snapshot(),
+            telemetry=self._telemetry.snapshot(),
+            parameters=replace(self._parameters),
+            plans=replace(self._plans),
+            files=replace(self._files),
+            verdicts=self._verdicts,
+            hears_gcs=self._hears_gcs,
+            text_number=self._text_number,
+            camera=None if self._camera is None else self._camera.snapshot(),
         )
 
     def restore(self, state: Px4LinkState) -> None:

@@ -10,7 +10,8 @@ from sitl.link.messages import Message, MessageType, message_type
 from sitl.link.mode_list import ListedMode
 from sitl.link.report import Report, whole
 from sitl.link.telemetry import Builder
-from sitl.orders import Landed, Mode, Notice, Severity
+from sitl.orders import Mode
+from sitl.status import Landed, Notice, Severity
 
 __all__ = ["MODES_NOT_FLOWN", "MODE_OF_CODE", "PX4_MODES", "STATUS", "status_texts"]
 

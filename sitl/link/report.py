@@ -7,9 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from sitl.condition import Battery
 from sitl.geo import geodetic_of_ned
-from sitl.orders import Battery, FlightStatus
 from sitl.signals import BaroSample, Estimate, FloatArray, GeoPoint, GpsSample, ImuSample, MagSample
+from sitl.status import FlightStatus
 
 __all__ = ["Instruments", "Report", "euler_rad", "heading_deg", "whole"]
 

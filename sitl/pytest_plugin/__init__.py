@@ -1,8 +1,9 @@
 """pytest fixtures: a vehicle to test one's own MAVLink code against, and missions flown closed loop.
 
 `sitl_vehicle` is a running vehicle on free ports, ready to arm, as PX4 over UDP or as ArduPilot over TCP.
-`closed_loop` flies a mission file in lockstep. Options (`--sitl-seed` and so on) set what holds for all tests, `@pytest.mark.sitl(seed=3, wind_mps=5)`
-for one. Of a failed test log and figure are kept, and the report says where. Importing this costs nothing.
+`closed_loop` flies a mission file in lockstep. Options (`--sitl-seed` and so on) set what holds for all tests,
+`@pytest.mark.sitl(seed=3, wind_mps=5)` for one. Of a failed test log and figure are kept, and the report says where.
+Importing this costs nothing.
 """
 
 from __future__ import annotations

@@ -251,13 +251,14 @@ def test_with_safe_parameters_nothing_is_warned_of():
     assert [event.text for event in flight.events if event.severity == "warning"] == []
 
 
+# As it boots.
 UNSAFE = {
     "GUID_TIMEOUT": 3.0,
     "FS_GCS_ENABLE": 0.0,
     "SYSID_MYGCS": 255.0,
     "RTL_ALT": 1500.0,
     "RTL_CONE_SLOPE": 3.0,
-}  # as it boots
+}
 SAFE = {
     "GUID_TIMEOUT": 1.0,
     "FS_GCS_ENABLE": 1.0,

@@ -37,9 +37,8 @@ def careless(px4):
 
 
 def sets(**more):
-    return SessionConfig(
-        set_failsafes=True, safe_height_enu_m=40.5, **more
-    )  # home is 3 m below the plan's ground
+    # Home is 3 m below the plan's ground.
+    return SessionConfig(set_failsafes=True, safe_height_enu_m=40.5, **more)
 
 
 def warnings(session):

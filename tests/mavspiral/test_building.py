@@ -193,10 +193,8 @@ def test_a_home_without_room_is_told_of_a_place_that_has_it(tmp_path):
         (tmp_path / "random.toml").write_text(text.replace("[vehicle]", home))
         return plan(load_mission(tmp_path / "random.toml"))
 
-    lat, lon = (
-        40.05 + 30 / 111_035,
-        -1.93 + 30 / 85_386,
-    )  # in the court, which is 9 m wide; 3 m of 4.5 are free
+    # In the court, which is 9 m wide; 3 m of 4.5 are free.
+    lat, lon = 40.05 + 30 / 111_035, -1.93 + 30 / 85_386
     planned_home = planned(lat, -1.93)  # 5 m west of the block
     assert planned_home.trajectory.duration_s > 0
     with pytest.raises(

@@ -57,7 +57,9 @@ def judge_loading(document: dict[str, Any], findings: Findings) -> PlanParts:
             "the file",
             "a mission of an old QGroundControl (.mission), not a plan. Fix: save it as a .plan with one that still opens it",
         )
-        return PlanParts(None, None, (), (), 0, (), (), ())
+        return PlanParts(
+            firmware=None, home=None, items=(), hollow=(), made_n=0, polygons=(), circles=(), rally=()
+        )
     demand(document, _ROOT, "the file", findings)
     if isinstance(kind := document.get("fileType"), str) and kind != "Plan":
         findings.error("fileType", f'{short(kind)} is not "Plan"')
@@ -74,14 +76,14 @@ def judge_loading(document: dict[str, Any], findings: Findings) -> PlanParts:
     rally = document.get("rallyPoints")
     points = rally_points(rally, findings) if isinstance(rally, dict) else ()
     return PlanParts(
-        firmware,
-        home,
-        tuple(item for found in patterns.values() for item in found.items),
-        tuple(place for place, found in patterns.items() if found.hollow),
-        sum(found.made_n for found in patterns.values()),
-        polygons,
-        circles,
-        points,
+        firmware=firmware,
+        home=home,
+        items=tuple(item for found in patterns.values() for item in found.items),
+        hollow=tuple(place for place, found in patterns.items() if found.hollow),
+        made_n=sum(found.made_n for found in patterns.values()),
+        polygons=polygons,
+        circles=circles,
+        rally=points,
     )
 
 

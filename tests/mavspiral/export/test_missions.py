@@ -151,9 +151,8 @@ def test_gazes_that_meet_have_their_meeting_point_for_an_aim(planned):
     assert aim.point_enu_m == pytest.approx([0.0, 0.0, 5.0], abs=1e-6)
     assert aim.error_rad < 1e-9
     outward = aim_over(replace(inward, yaw_enu_rad=angle.copy()), 0, 39)
-    assert outward.error_rad == pytest.approx(
-        0.5, abs=0.03
-    )  # they meet behind: straight ahead is the best there is
+    # They meet behind: straight ahead is the best there is.
+    assert outward.error_rad == pytest.approx(0.5, abs=0.03)
 
 
 def test_no_corner_is_cut_deeper_than_stated():

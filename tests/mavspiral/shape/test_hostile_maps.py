@@ -191,9 +191,8 @@ def _read(path):
 
 
 def test_no_file_makes_a_reader_allocate_what_it_only_claims(tmp_path, stepped, monkeypatch):
-    monkeypatch.syspath_prepend(
-        Path(__file__).parents[3]
-    )  # the spawned process imports this file by its name
+    # The spawned process imports this file by its name.
+    monkeypatch.syspath_prepend(Path(__file__).parents[3])
     for module in ("rasterio", "pyproj", "trimesh", "laspy", "lazrs"):
         pytest.importorskip(module, reason="the extras geo, mesh and cloud are not all installed")
     for name, content in FILES.items():

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from obedient import NAN3, ORIGIN, Flight
 
-from sitl.orders import Arm, Disarm, Landed, Mode, Reposition, SwitchMode, TakeOff, Verdict
+from sitl.orders import Arm, Disarm, Mode, Reposition, SwitchMode, TakeOff, Verdict
 from sitl.signals import Setpoint
+from sitl.status import Landed
 
 
 def setpoint(position=NAN3, velocity=NAN3, acceleration=NAN3, yaw=math.nan):
