@@ -37,7 +37,7 @@ class Listener:
         """Take in what came now."""
         s = self._s
         link, vehicle, told = s.link, s.vehicle, self._told
-        before = vehicle.local
+        before, parameters_n = vehicle.local, len(vehicle.parameters)
         messages = link.receive(received)
         if link.refused_n and not self._refused:
             self._refused = True
@@ -50,6 +50,8 @@ class Listener:
                 listener(message)
         if messages and link.vehicle is not None:
             s.heard_us = s.now_us
+        if len(vehicle.parameters) > parameters_n:
+            s.parameter_us = s.now_us
         local = vehicle.local
         if local is None or local is before:
             return

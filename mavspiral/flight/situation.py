@@ -45,6 +45,7 @@ class Situation:
         entered_us: when the present state began.
         heard_us: when the vehicle last said anything.
         local_us: when it last told its position.
+        parameter_us: when it last told a parameter that it had not told before.
         awaited: the autopilots that it may be, in words.
         overheard: MAV_AUTOPILOT of others that were heard instead.
         origin: the origin that `to_vehicle` was made from.
@@ -66,6 +67,7 @@ class Situation:
     entered_us: int = 0
     heard_us: int = 0
     local_us: int = 0
+    parameter_us: int = 0
     vehicle: Vehicle = field(default_factory=Vehicle)
     clock: VehicleClock = field(default_factory=VehicleClock)
     events: list[Event] = field(default_factory=list)
