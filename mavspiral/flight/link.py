@@ -38,6 +38,7 @@ class Link:
     def __init__(self, tap: Callable[[int, bytes], None] | None = None, signer: Signer | None = None) -> None:
         self.now_us = 0
         self.vehicle: tuple[int, int] | None = None
+        self.others: dict[int, Heartbeat] = {}  # who else is there, by system, since the vehicle is known
         self.arrivals: Counter[int] = Counter()  # of the vehicle's messages, by MAVLink message id
         self._tap = tap
         self._signer = signer
@@ -68,6 +69,8 @@ class Link:
                 said = value(frame)
                 if its_own or self._concerns_us(said, system_id):
                     messages.append(said)
+                elif isinstance(said, Heartbeat) and vehicle is not None and system_id != vehicle[0]:
+                    self.others[system_id] = said
         return messages
 
     def _concerns_us(self, said: Message, system_id: int) -> bool:

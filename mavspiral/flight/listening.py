@@ -65,6 +65,9 @@ class Listener:
         s = self._s
         if not isinstance(message, Heartbeat):
             return False
+        if not message.is_copter and message.autopilot in self._profiles:
+            s.no_copters.add(message.vehicle_type)
+            return False
         if message.autopilot not in self._profiles:
             s.overheard.add(message.autopilot)
             return False

@@ -1,13 +1,16 @@
 """Vehicles that do what ours do not: what the pilot is told of them, and that the flight ends well."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from fake_flight import HOME, VEHICLE_ORIGIN, fly, make_session
 from fake_px4 import FakePx4
 from pymavlink.dialects.v20 import common as mavlink
 
+from mavspiral.flight.ardupilot import ARDUPILOT
 from mavspiral.flight.outcome import State
+from mavspiral.flight.px4 import PX4
 
 
 def words(session, severity="warning"):
@@ -32,7 +35,7 @@ def test_one_that_tells_no_attitude_is_flown_home_looking_as_it_was_told():
     assert session.outcome.reason == "landed, disarmed (stopped by the user; flying home)"
     yaws = [message.yaw for _, message in px4.setpoints]
     assert all(map(math.isfinite, yaws))
-    turns = [abs((b - a + math.pi) % math.tau - math.pi) for a, b in zip(yaws, yaws[1:], strict=False)]
+    turns = [abs((b - a + math.pi) % math.tau - math.pi) for a, b in pairwise(yaws)]
     assert max(turns) < 0.05
 
 
@@ -94,3 +97,53 @@ def test_one_that_tells_its_parameters_slowly_is_waited_for():
     fly(session, px4)
     assert "MPC_Z_VEL_MAX_DN allows 0.10" in session.outcome.reason
     assert session.outcome.state is State.CHECK and not words(session)
+
+
+def beside(system_id, component_id, *heartbeat):
+    """Puts somebody else's heartbeat before the vehicle's own words, twice a second."""
+    mav = mavlink.MAVLink(None, system_id, component_id)
+    count = iter(range(10**9))
+
+    def down(frames):
+        return ([mav.heartbeat_encode(*heartbeat).pack(mav)] if next(count) % 25 == 0 else []) + frames
+
+    return down
+
+
+GIMBAL, ROVER, QUADROTOR = 26, 10, 2
+ARDUPILOTMEGA = 3
+
+
+@pytest.mark.parametrize(
+    "stranger",
+    [
+        (1, 154, GIMBAL, ARDUPILOTMEGA, 0, 0, 4),  # a gimbal that says it is an ArduPilot
+        (2, 1, ROVER, ARDUPILOTMEGA, 0, 0, 4),
+        (1, 191, 18, 8, 0, 0, 4),  # a companion of our own component id
+        (245, 191, 18, 8, 0, 0, 4),  # ourselves, by an echo
+        (255, 190, 6, 8, 0, 0, 4),
+        (100, 156, 27, 8, 0, 0, 4),
+    ],
+)
+def test_who_else_speaks_first_is_not_taken_for_the_vehicle(px4, stranger):
+    session = make_session(profiles=(PX4, ARDUPILOT))
+    fly(session, px4, down=beside(*stranger), until=lambda: session.state is State.TAKEOFF)
+    assert px4.armed and words(session) == []
+
+
+def test_a_second_copter_on_the_link_is_said_and_which_of_them_flies(px4):
+    session = make_session(profiles=(PX4, ARDUPILOT))
+    down = beside(2, 1, QUADROTOR, ARDUPILOTMEGA, 0, 0, 3)
+    fly(session, px4, until=lambda: session.state is State.IDENTIFY)
+    fly(session, px4, down=down, until=lambda: session.state is State.ARM)
+    assert words(session) == [
+        "another copter is on this link (system 2); this flight is system 1's: "
+        "if that is the wrong one, connect to the other alone"
+    ]
+
+
+def test_a_rover_alone_is_named_as_what_it_is(px4):
+    session = make_session(profiles=(PX4, ARDUPILOT))
+    rover = beside(2, 1, ROVER, ARDUPILOTMEGA, 0, 0, 4)
+    fly(session, px4, down=lambda _: rover([]))
+    assert "no multicopter (MAV_TYPE 10)" in session.outcome.reason and session.outcome.exit_code == 3
