@@ -71,6 +71,7 @@ def identified(s: Situation) -> bool:
     """Whether it has told its version."""
     if s.vehicle.version is None:
         return False
+    s.profile = s.profile.of_version(s.vehicle.version.version)
     s.tell("info", f"{s.profile.name} {s.vehicle.version.version}")
     planned_for = s.config.planned_for
     if planned_for is not None and planned_for != s.profile.name:

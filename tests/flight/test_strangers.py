@@ -6,10 +6,13 @@ from itertools import pairwise
 import pytest
 from fake_flight import HOME, VEHICLE_ORIGIN, fly, make_session
 from fake_px4 import FakePx4
+from pymavlink.dialects.v20 import ardupilotmega
 from pymavlink.dialects.v20 import common as mavlink
+from test_ardupilot import Flight
+from test_shutter import DUE_S, WithCamera, shooting
 
 from mavspiral.flight.ardupilot import ARDUPILOT
-from mavspiral.flight.outcome import State
+from mavspiral.flight.outcome import SessionConfig, State
 from mavspiral.flight.px4 import PX4
 
 
@@ -147,3 +150,123 @@ def test_a_rover_alone_is_named_as_what_it_is(px4):
     rover = beside(2, 1, ROVER, ARDUPILOTMEGA, 0, 0, 4)
     fly(session, px4, down=lambda _: rover([]))
     assert "no multicopter (MAV_TYPE 10)" in session.outcome.reason and session.outcome.exit_code == 3
+
+
+RENAMED = {  # ArduPilot 4.7: name before, and how many of its units are one of the new
+    "WP_SPD": ("WPNAV_SPEED", 100),
+    "WP_SPD_UP": ("WPNAV_SPEED_UP", 100),
+    "WP_SPD_DN": ("WPNAV_SPEED_DN", 100),
+    "WP_ACC": ("WPNAV_ACCEL", 100),
+    "RTL_ALT_M": ("RTL_ALT", 100),
+    "MAV_GCS_SYSID": ("SYSID_MYGCS", 1),
+}
+BEFORE = {before: (name, units) for name, (before, units) in RENAMED.items()}
+
+
+class Renaming:
+    """The bundled ArduCopter, with the version and the parameter names of 4.7."""
+
+    def __init__(self, simulator):
+        self.simulator, self.values = simulator, {}
+        self.to_vehicle, self.to_us = ardupilotmega.MAVLink(None), ardupilotmega.MAVLink(None)
+        self.to_vehicle.robust_parsing = self.to_us.robust_parsing = True
+
+    @property
+    def truth(self):
+        return self.simulator.truth
+
+    def exchange(self, now_us, received):
+        ours, others = received
+        asked = b"".join(map(self._asked, self.to_vehicle.parse_buffer(ours) or []))
+        heard, to_others = self.simulator.exchange(now_us, (asked, others))
+        return b"".join(map(self._told, self.to_us.parse_buffer(heard) or [])), to_others
+
+    def _asked(self, m):
+        if m.get_type() not in ("PARAM_REQUEST_READ", "PARAM_SET"):
+            return bytes(m.get_msgbuf())
+        name, units = RENAMED.get(m.param_id, (m.param_id, 1))
+        if m.param_id in BEFORE:
+            return b""
+        if m.get_type() == "PARAM_SET":
+            return repacked(m, param_id=name.encode(), param_value=m.param_value * units)
+        return repacked(m, param_id=name.encode())
+
+    def _told(self, m):
+        if m.get_type() == "AUTOPILOT_VERSION":
+            return repacked(m, flight_sw_version=0x040700FF)
+        if m.get_type() == "PARAM_VALUE" and m.param_id in BEFORE:
+            name, units = BEFORE[m.param_id]
+            self.values[name] = m.param_value / units
+            return repacked(m, param_id=name.encode(), param_value=self.values[name])
+        return bytes(m.get_msgbuf())
+
+
+def repacked(m, **instead):
+    """The message with other values, under its own sender and number."""
+    mav = ardupilotmega.MAVLink(None, m.get_srcSystem(), m.get_srcComponent())
+    mav.seq = m.get_seq()
+    fields = [instead.get(name, getattr(m, name)) for name in m.get_fieldnames()]
+    return type(m)(*fields).pack(mav)
+
+
+def on_4_7(*parameters, **config):
+    flight = Flight(SessionConfig(safe_height_enu_m=40.0, **config))
+    for name, value in parameters:
+        flight.say(ardupilotmega.MAVLink_param_set_message(1, 1, name, value, 9))
+    flight.simulator = Renaming(flight.simulator)
+    return flight
+
+
+def test_the_parameters_of_ardupilot_4_7_are_read_in_their_own_units():
+    flight = on_4_7((b"FS_GCS_ENABLE", 1), dry_run=True).fly(30.0)
+    assert flight.session.outcome.ok and flight.told("ArduPilot 4.7.0")
+    assert flight.told("15 m (RTL_ALT_M), maybe through the building; set it to 44 or more")
+    assert flight.told("FS_GCS_ENABLE waits for the heartbeat of system 255")
+    assert not flight.told("could not be read")
+
+
+def test_a_plan_too_fast_for_4_7_is_refused():
+    flight = on_4_7((b"WPNAV_SPEED", 100), dry_run=True).fly(30.0)
+    assert "WP_SPD allows 1.00" in flight.session.outcome.reason
+
+
+def test_on_4_7_too_what_makes_a_lost_link_safe_is_set():
+    flight = on_4_7(set_failsafes=True)
+    flight.until(flight.states(State.ARM))
+    assert flight.simulator.values["RTL_ALT_M"] == 44.0
+    assert flight.simulator.values["MAV_GCS_SYSID"] == 245.0
+
+
+class TellsTheTimeOfDay(WithCamera):
+    """Its pictures have the GPS's time, not the one since it booted: as ArduPilot's CAMERA_FEEDBACK."""
+
+    def _tell(self, index):
+        told = ardupilotmega.MAVLink_camera_feedback_message(
+            1_790_000_000_000_000 + int(self.shots[index][1] * 1e6), 1, 0, index, 0, 0, *[0.0] * 6, 0
+        )
+        self._send(told)
+
+
+@pytest.mark.parametrize("trigger", ["camera", "digicam"])
+def test_pictures_in_the_time_of_day_are_placed_when_they_were_commanded(trigger):
+    px4, session = TellsTheTimeOfDay(VEHICLE_ORIGIN, HOME), shooting(trigger)
+    fly(session, px4)
+    taken_s = [at_s for _, at_s in px4.shots]
+    assert [picture.shot for picture in session.pictures] == list(range(len(DUE_S)))
+    assert [picture.vehicle_s for picture in session.pictures] == pytest.approx(taken_s, abs=0.05)
+
+
+def test_no_camera_is_said_in_flight(px4):
+    session = shooting("camera")
+    fly(session, px4)
+    assert [text for text in words(session) if "no camera has answered to 3 shots" in text]
+    assert session.missed_shots == tuple(range(len(DUE_S)))
+
+
+def test_a_camera_and_a_gimbal_that_refuse_are_said_once(px4):
+    session = shooting("digicam", gimbal=True)
+    fly(session, px4)  # UNSUPPORTED is what it answers to all that it does not know
+    assert words(session) == [
+        "the gimbal refuses to tilt: UNSUPPORTED",
+        "the camera refuses to be told to take pictures: UNSUPPORTED",
+    ]
