@@ -6,6 +6,7 @@ from itertools import pairwise
 import pytest
 from fake_flight import HOME, VEHICLE_ORIGIN, fly, make_session
 from fake_px4 import FakePx4
+from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega
 from pymavlink.dialects.v20 import common as mavlink
 from test_ardupilot import Flight
@@ -270,3 +271,52 @@ def test_a_camera_and_a_gimbal_that_refuse_are_said_once(px4):
         "the gimbal refuses to tilt: UNSUPPORTED",
         "the camera refuses to be told to take pictures: UNSUPPORTED",
     ]
+
+
+class Signs(FakePx4):
+    """With a key of its own, deaf to whatever is not signed with it."""
+
+    def __init__(self, *args):
+        super().__init__(*args)
+        self._mav.signing.secret_key, self._mav.signing.sign_outgoing = b"k" * 32, True
+
+    def step(self, now_us, frames):
+        return super().step(now_us, [])
+
+
+def test_one_that_signs_is_said_to_want_its_key():
+    px4, session = Signs(VEHICLE_ORIGIN, HOME), make_session()
+    fly(session, px4, until=lambda: session.state is State.TELEMETRY)
+    assert words(session)[0].startswith("the vehicle signs what it says")
+    assert len([text for text in words(session) if "--signing" in text]) == 1
+
+
+class SaysWhy(FakePx4):
+    """Denies arming for two reasons, twenty times."""
+
+    denied_n = 0
+
+    def _command_400(self, m):
+        self.denied_n += 1
+        if self.denied_n > 20:
+            return super()._command_400(m)
+        for text in (b"Arming denied: Resolve system health failures", b"Preflight Fail: Compass 1 missing"):
+            self._send(mavlink.MAVLink_statustext_message(2, text))
+        return (
+            mavlink.MAV_RESULT_IN_PROGRESS if self.denied_n % 2 else mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+        )
+
+
+def test_each_reason_not_to_arm_is_told_once_and_arming_is_asked_for_until_it_is_granted():
+    px4, session = SaysWhy(VEHICLE_ORIGIN, HOME), make_session()
+    fly(session, px4, until=lambda: session.state is State.TAKEOFF)
+    assert words(session) == [
+        "vehicle: Arming denied: Resolve system health failures",
+        "vehicle: Preflight Fail: Compass 1 missing",
+    ]
+
+
+def test_whatever_mode_a_pilot_takes_an_arducopter_is_named():
+    nobody_flies_in = {"POSITION", "OF_LOITER", "SYSTEMID", "AUTOROTATE", "TURTLE", "RATE_ACRO"}
+    known = {number: name for number, name in mavutil.mode_mapping_acm.items() if name not in nobody_flies_in}
+    assert {number: ARDUPILOT.mode_name(number) for number in known} == known
