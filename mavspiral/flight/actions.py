@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from mavspiral.errors import LimitError
-from mavspiral.flight.checks import check_before_arming, other_copters, parameter
+from mavspiral.flight.checks import check_before_arming, other_copters, parameter, position_rate
 from mavspiral.flight.follower import Follower
 from mavspiral.flight.governor import GovernorLimits, Pace
 from mavspiral.flight.messages import Command, MessageId, Target
@@ -158,6 +158,7 @@ def checked(s: Situation) -> bool:
         safe_return_m=s.safe_return_m,
         sets_failsafes=s.config.set_failsafes,
     )
+    findings += position_rate(s.clock.interval_s)
     findings += other_copters(s.link.vehicle, s.link.others.values())
     for severity, text in findings:
         if severity != "error":

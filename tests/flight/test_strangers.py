@@ -320,3 +320,42 @@ def test_whatever_mode_a_pilot_takes_an_arducopter_is_named():
     nobody_flies_in = {"POSITION", "OF_LOITER", "SYSTEMID", "AUTOROTATE", "TURTLE", "RATE_ACRO"}
     known = {number: name for number, name in mavutil.mode_mapping_acm.items() if name not in nobody_flies_in}
     assert {number: ARDUPILOT.mode_name(number) for number in known} == known
+
+
+class TellsItsPlaceSeldom(FakePx4):
+    """Whatever is asked of it, as on a radio that carries no more."""
+
+    position_hz = 2.0
+
+    def _stream(self):
+        self.intervals_us["LOCAL_POSITION_NED"] = 1e6 / self.position_hz
+        super()._stream()
+
+
+def test_one_that_tells_its_place_too_seldom_stays_on_the_ground():
+    px4, session = TellsItsPlaceSeldom(VEHICLE_ORIGIN, HOME), make_session()
+    fly(session, px4)
+    assert session.outcome.state is State.CHECK and not px4.armed
+    assert "its position comes every 0.50 s, less often than every 0.3 s" in session.outcome.reason
+
+
+def test_five_positions_a_second_are_enough_to_be_flown_by():
+    px4, session = TellsItsPlaceSeldom(VEHICLE_ORIGIN, HOME), make_session()
+    px4.position_hz = 5.0
+    fly(session, px4)
+    assert session.outcome.ok
+    assert words(session) == ["the vehicle did not switch its telemetry as asked"]
+
+
+class FindsItsPlaceLate(FakePx4):
+    """Half a minute after it has booted."""
+
+    def _send_local_position_ned(self):
+        if self._boot_us > 30e6:
+            super()._send_local_position_ned()
+
+
+def test_one_that_finds_its_place_late_is_waited_for():
+    px4, session = FindsItsPlaceLate(VEHICLE_ORIGIN, HOME), make_session()
+    fly(session, px4, until=lambda: session.state is State.TAKEOFF)
+    assert px4.armed
