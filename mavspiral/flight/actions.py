@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from mavspiral.errors import LimitError
-from mavspiral.flight.checks import check_before_arming
+from mavspiral.flight.checks import check_before_arming, other_copters, position_rate
 from mavspiral.flight.follower import Follower
 from mavspiral.flight.messages import Command, MessageId
 from mavspiral.flight.origin import origin_from_pair
@@ -41,7 +41,8 @@ __all__ = [
     "telemetry_flows",
 ]
 
-_PARAMETERS_S = 4.0  # an unknown name is met with silence
+# An unknown name is met with silence; a slow vehicle is waited for as long as one more comes.
+_PARAMETERS_S = 4.0
 _PAIR_AFTER_S = 3.0
 _HOVER_MPS = 0.5
 
@@ -60,6 +61,7 @@ def identified(s: Situation) -> bool:
     """Whether it has told its version."""
     if s.vehicle.version is None:
         return False
+    s.profile = s.profile.of_version(s.vehicle.version.version)
     s.tell("info", f"{s.profile.name} {s.vehicle.version.version}")
     planned_for = s.config.planned_for
     if planned_for is not None and planned_for != s.profile.name:
@@ -134,7 +136,8 @@ def checked(s: Situation) -> bool:
         LimitError: something does.
     """
     missing = [name for name in s.profile.parameters if name not in s.vehicle.parameters]
-    if missing and s.elapsed_s < _PARAMETERS_S:
+    quiet_s = (s.now_us - max(s.entered_us, s.parameter_us)) * 1e-6
+    if missing and quiet_s < _PARAMETERS_S:
         return False
     assert s.reference is not None
     findings = check_before_arming(
@@ -145,6 +148,8 @@ def checked(s: Situation) -> bool:
         safe_return_m=s.safe_return_m,
         sets_failsafes=s.config.set_failsafes,
     )
+    findings += position_rate(s.clock.interval_s)
+    findings += other_copters(s.link.vehicle, s.link.others.values())
     for severity, text in findings:
         if severity != "error":
             s.tell_once(severity, text)

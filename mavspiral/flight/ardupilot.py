@@ -5,12 +5,13 @@ comes in. It sends nothing that it was not asked for, and forgets what it was as
 arms half a minute after it says that it can: only its answer to arming tells. Between setpoints it goes on along
 their velocity and acceleration by itself, and shapes what it is told: an acceleration that is not the motion's
 own would move its target. Without setpoints it goes on for GUID_TIMEOUT, then holds; only the loss of a ground station's
-heartbeat has a failsafe.
+heartbeat has a failsafe. Since 4.7 its parameters are in SI units, under names that tell it.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from mavspiral.flight.messages import Command, MessageId, TypeMask
 from mavspiral.flight.packing import SYSTEM_ID
@@ -39,7 +40,7 @@ def _takeoff_params(_alt_amsl_m: float, height_home_m: float) -> tuple[float, ..
 
 _GUIDED = _mode("GUIDED", 4)
 
-ARDUPILOT = Profile(
+_BEFORE_4_7 = Profile(
     name="ArduPilot",
     autopilot=3,
     type_mask=TypeMask(0),
@@ -60,7 +61,18 @@ ARDUPILOT = Profile(
         _mode("AUTO", 3),
         _mode("LOITER", 5),
         _mode("CIRCLE", 7),
+        _mode("DRIFT", 11),
+        _mode("SPORT", 13),
+        _mode("FLIP", 14),
+        _mode("AUTOTUNE", 15),
         _mode("POSHOLD", 16),
+        _mode("THROW", 18),
+        _mode("AVOID_ADSB", 19),
+        _mode("GUIDED_NOGPS", 20),
+        _mode("FLOWHOLD", 22),
+        _mode("FOLLOW", 23),
+        _mode("ZIGZAG", 24),
+        _mode("AUTO_RTL", 27),
         _mode("SMART_RTL", 21),
     ),
     telemetry_hz={
@@ -134,3 +146,27 @@ ARDUPILOT = Profile(
     damping=None,
     feels_drag=False,
 )
+
+_FROM_4_7 = replace(
+    _BEFORE_4_7,
+    speed_parameters=("WP_SPD", "WP_SPD_UP", "WP_SPD_DN"),
+    acceleration_parameter="WP_ACC",
+    parameter_units={},
+    loss_listens_to="MAV_GCS_SYSID",
+    return_height="RTL_ALT_M",
+    failsafes={
+        **{
+            name: safe
+            for name, safe in _BEFORE_4_7.failsafes.items()
+            if name not in ("SYSID_MYGCS", "RTL_ALT")
+        },
+        "MAV_GCS_SYSID": _BEFORE_4_7.failsafes["SYSID_MYGCS"],
+        "RTL_ALT_M": lambda now_m, safe_m: max(now_m, float(math.ceil(safe_m))),
+    },
+    pitfalls={
+        **_BEFORE_4_7.pitfalls,
+        "RTL_CONE_SLOPE": "near home its own RTL stays below RTL_ALT_M, maybe beside the building",
+    },
+)
+
+ARDUPILOT = replace(_BEFORE_4_7, later=((4, 7), _FROM_4_7))

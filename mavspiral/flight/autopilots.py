@@ -17,4 +17,4 @@ PROFILES: Mapping[Autopilot, Profile] = {"px4": PX4, "ardupilot": ARDUPILOT}
 
 def autopilot_name(profile: Profile) -> Autopilot:
     """What a mission file calls it."""
-    return next(name for name, known in PROFILES.items() if known is profile)
+    return next(name for name, known in PROFILES.items() if known.autopilot == profile.autopilot)

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
+from mavspiral.flight.messages import Heartbeat
 from mavspiral.flight.packing import SYSTEM_ID
 from mavspiral.flight.profile import Profile
 from mavspiral.flight.reference import Extremes
 from mavspiral.flight.vehicle import Vehicle
 
-__all__ = ["Finding", "check_before_arming", "loss_words", "parameter"]
+__all__ = ["Finding", "check_before_arming", "loss_words", "other_copters", "parameter", "position_rate"]
 
 Finding = tuple[str, str]
 """Severity ("info", "warning" or "error") and the words."""
 
 _SPEED_TOLERANCE = 1.01
+_SELDOM_S = 0.3  # for so long path time runs on without a position (`streamer`)
+_NONE = 8  # MAV_AUTOPILOT_INVALID
 
 
 def check_before_arming(
@@ -142,6 +146,26 @@ def _pitfalls(vehicle: Vehicle, profile: Profile) -> list[Finding]:
         if now is not None and (wanted := profile.failsafes[name](now, 0.0)) != now:
             findings.append(("warning", f"{name} = {now:g}: {words}; safer: {wanted:g}"))
     return findings
+
+
+def position_rate(interval_s: float) -> list[Finding]:
+    """That it tells too seldom where it is to be followed: path time stands whenever nobody knows."""
+    if interval_s <= _SELDOM_S:
+        return []
+    words = f"its position comes every {interval_s:.2f} s, less often than every {_SELDOM_S:g} s"
+    return [("error", f"{words}; raise LOCAL_POSITION_NED on this link, or take a faster link")]
+
+
+def other_copters(flown: tuple[int, int] | None, others: Iterable[Heartbeat]) -> list[Finding]:
+    """That there are other copters beside system and component `flown`, which is the first that was heard: that by chance."""
+    systems = sorted(beat.system_id for beat in others if beat.is_copter and beat.autopilot != _NONE)
+    if not systems or flown is None:
+        return []
+    there = "another copter is" if len(systems) == 1 else "other copters are"
+    words = (
+        f"{there} on this link (system {', '.join(map(str, systems))}); this flight is system {flown[0]}'s"
+    )
+    return [("warning", f"{words}: if that is the wrong one, connect to the other alone")]
 
 
 def loss_words(vehicle: Vehicle, profile: Profile) -> str:

@@ -74,6 +74,9 @@ _AUTOPILOTS = {3: "an ArduPilot", 12: "a PX4"}  # MAV_AUTOPILOT
 def _instead(s: Situation) -> str:
     """Who was heard instead, and what to do."""
     heard = [name for number, name in _AUTOPILOTS.items() if number in s.overheard]
+    if s.no_copters and not heard:
+        kinds = " and ".join(f"MAV_TYPE {kind}" for kind in sorted(s.no_copters))
+        return f"what is there is no multicopter ({kinds}): connect to one"
     return (
         f"{' and '.join(heard)} is there: leave out --autopilot, or name that one"
         if heard

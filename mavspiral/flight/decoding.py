@@ -101,10 +101,10 @@ _heartbeat_fields = _fields(mavlink.MAVLink_heartbeat_message)
 
 
 def _heartbeat(frame: bytes) -> Heartbeat:
-    custom_mode, _, autopilot, base_mode, system_status, _ = _heartbeat_fields(frame)
+    custom_mode, vehicle_type, autopilot, base_mode, system_status, _ = _heartbeat_fields(frame)
     armed = bool(base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
     _, system_id, component_id = sender(frame)
-    return Heartbeat(system_id, component_id, autopilot, armed, custom_mode, system_status)
+    return Heartbeat(system_id, component_id, autopilot, armed, custom_mode, system_status, vehicle_type)
 
 
 def _version(flight_sw_version: int, capabilities: int) -> AutopilotVersion:

@@ -28,7 +28,8 @@ def prepare_join(s: Situation) -> None:
     still = (0.0, 0.0, 0.0)
     first = s.reference.at(0.0)
     yaw = s.vehicle.yaw_ned_rad
-    here = Target(s.vehicle.position_ned_m, still, still, first.yaw_ned_rad if math.isnan(yaw) else yaw, 0.0)
+    yaw = yaw if math.isfinite(yaw) else first.yaw_ned_rad
+    here = Target(s.vehicle.position_ned_m, still, still, yaw, 0.0)
     join = Reference.move(here, first, speed_mps=_JOIN_MPS, yaw_rate_radps=_JOIN_RADPS)
     s.follower = Follower(
         join,
@@ -85,7 +86,10 @@ def _way_home(s: Situation) -> Trajectory:
     stop_ned_m = [p + stops_s * v for p, v in zip(s.vehicle.position_ned_m, velocity_ned_mps, strict=True)]
     here_enu_m = s.to_vehicle.position_enu_m(stop_ned_m)
     end = s.trajectory(s.trajectory.duration_s)
-    return s.way_home(here_enu_m, end.position_enu_m, float(yaw_ned_to_enu(s.vehicle.yaw_ned_rad)))
+    yaw_ned_rad = s.vehicle.yaw_ned_rad
+    if not math.isfinite(yaw_ned_rad) and s.follower is not None:
+        yaw_ned_rad = s.follower.due[9]  # it tells no attitude, so it looks where it was told to
+    return s.way_home(here_enu_m, end.position_enu_m, float(yaw_ned_to_enu(yaw_ned_rad)))
 
 
 def _begin_way(s: Situation, way: Trajectory, governor: GovernorLimits) -> None:

@@ -15,7 +15,7 @@ from mavspiral.flight.framing import Decoder
 from mavspiral.flight.messages import Command, CommandAck, Heartbeat, ImageCaptured, Message, Setpoint
 from mavspiral.flight.mission_messages import MissionItem
 from mavspiral.flight.packing import Layout, frame_of, layout
-from mavspiral.flight.signing import SIGNED, Signer
+from mavspiral.flight.signing import SIGNED, Signer, is_signed
 
 __all__ = ["Link"]
 
@@ -38,6 +38,8 @@ class Link:
     def __init__(self, tap: Callable[[int, bytes], None] | None = None, signer: Signer | None = None) -> None:
         self.now_us = 0
         self.vehicle: tuple[int, int] | None = None
+        self.lacks_key = False  # the vehicle signs, and we do not
+        self.others: dict[int, Heartbeat] = {}  # who else is there, by system, since the vehicle is known
         self.arrivals: Counter[int] = Counter()  # of the vehicle's messages, by MAVLink message id
         self._tap = tap
         self._signer = signer
@@ -64,10 +66,14 @@ class Link:
                     continue
                 self._newest_seq = seq
                 self.arrivals[message_id] += 1
+                if signer is None and is_signed(frame):
+                    self.lacks_key = True
             if value is not None:
                 said = value(frame)
                 if its_own or self._concerns_us(said, system_id):
                     messages.append(said)
+                elif isinstance(said, Heartbeat) and vehicle is not None and system_id != vehicle[0]:
+                    self.others[system_id] = said
         return messages
 
     def _concerns_us(self, said: Message, system_id: int) -> bool:

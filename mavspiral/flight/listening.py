@@ -13,6 +13,8 @@ from mavspiral.flight.telemetry import TelemetryRequest
 __all__ = ["Listener"]
 
 _WARNING = 4  # MAV_SEVERITY
+_AGAIN_US = 30_000_000
+"""A text that comes again sooner, as why it does not arm, is no news."""
 
 
 class Listener:
@@ -30,18 +32,24 @@ class Listener:
         self._s = situation
         self._profiles = {profile.autopilot: profile for profile in profiles}
         self._told: dict[type, Callable[[Any], None]] = {StatusText: self._hear_text, **told}
-        self._refused = False
-        self._said: StatusText | None = None
+        self._refused = self._lacks_key = False
+        self._said: dict[str, int] = {}  # when each text last came
 
     def take_in(self, received: bytes) -> None:
         """Take in what came now."""
         s = self._s
         link, vehicle, told = s.link, s.vehicle, self._told
-        before = vehicle.local
+        before, parameters_n = vehicle.local, len(vehicle.parameters)
         messages = link.receive(received)
         if link.refused_n and not self._refused:
             self._refused = True
             s.tell("warning", "refused: a frame that was not signed with our key, or had come before")
+        if link.lacks_key and not self._lacks_key:
+            self._lacks_key = True
+            s.tell(
+                "warning",
+                "the vehicle signs what it says and may obey nobody who does not: --signing, with its key",
+            )
         for message in messages:
             if link.vehicle is None and not self._is_the_vehicle(message):
                 continue
@@ -50,6 +58,8 @@ class Listener:
                 listener(message)
         if messages and link.vehicle is not None:
             s.heard_us = s.now_us
+        if len(vehicle.parameters) > parameters_n:
+            s.parameter_us = s.now_us
         local = vehicle.local
         if local is None or local is before:
             return
@@ -63,6 +73,9 @@ class Listener:
         s = self._s
         if not isinstance(message, Heartbeat):
             return False
+        if not message.is_copter and message.autopilot in self._profiles:
+            s.no_copters.add(message.vehicle_type)
+            return False
         if message.autopilot not in self._profiles:
             s.overheard.add(message.autopilot)
             return False
@@ -72,6 +85,7 @@ class Listener:
         return True
 
     def _hear_text(self, said: StatusText) -> None:
-        if said != self._said:
-            self._said = said
+        again_us = self._said.get(said.text, -_AGAIN_US) + _AGAIN_US
+        self._said[said.text] = self._s.now_us
+        if self._s.now_us >= again_us:
             self._s.tell("warning" if said.severity <= _WARNING else "info", f"vehicle: {said.text}")

@@ -147,8 +147,13 @@ class Target(NamedTuple):
         return cls(setpoint[0:3], setpoint[3:6], setpoint[6:9], setpoint[9], setpoint[10])
 
 
+_COPTERS = frozenset(
+    {0, 2, 3, 4, 13, 14, 15, 29, 35}
+)  # MAV_TYPE; 0 is an ArduPilot whose frame nobody has set
+
+
 class Heartbeat(NamedTuple):
-    """Who speaks, in which mode."""
+    """Who speaks, what it is (MAV_TYPE), in which mode."""
 
     system_id: int
     component_id: int
@@ -156,6 +161,12 @@ class Heartbeat(NamedTuple):
     armed: bool
     custom_mode: int
     system_status: int
+    vehicle_type: int
+
+    @property
+    def is_copter(self) -> bool:
+        """Whether it is one that can hover where it is told to; no gimbal, rover or aeroplane with such an autopilot."""
+        return self.vehicle_type in _COPTERS
 
 
 class LocalPosition(NamedTuple):

@@ -60,6 +60,7 @@ class Profile:
         low_battery: parameter whose values but 0 make it act on a low battery by itself, and what that is near a building.
         unguarded: when none of its failsafes acts though we are gone, in words; None where one always does.
         damping: parameter that says what share of its measured acceleration it takes off again, if it does.
+        later: the same autopilot from a version on, (major, minor), that has names of its own for its parameters.
         feels_drag: a setpoint's acceleration may hold what the air takes; else it is the motion's alone.
     """
 
@@ -104,6 +105,14 @@ class Profile:
     unguarded: str | None
     damping: str | None
     feels_drag: bool
+    later: tuple[tuple[int, int], Profile] | None = None
+
+    def of_version(self, version: str) -> Profile:
+        """The ways of that version ("4.7.0")."""
+        if self.later is None:
+            return self
+        major, minor, *_ = map(int, version.split("."))
+        return self.later[1] if (major, minor) >= self.later[0] else self
 
     @property
     def parameters(self) -> tuple[str, ...]:

@@ -30,9 +30,16 @@ _AGAIN_US = 200_000
 _TRIES_N = 4
 _ASKS_N = 25
 _REFUSED = frozenset({Result.DENIED, Result.UNSUPPORTED, Result.FAILED})
+_SHOOTING = frozenset(
+    {Command.IMAGE_START_CAPTURE, Command.DO_DIGICAM_CONTROL, Command.DO_SET_CAM_TRIGG_DIST}
+)
 _UNTOLD_S = 1.5
 _ANSWERS_US = 1_000_000
 _EARLY_S = 0.05  # a picture's time may be a frame before that of its command, as we read the vehicle's clock
+_ITS_OWN_S = 60.0
+"""A picture's time that is older, or ahead, is not of the vehicle's clock: ArduPilot's are of the GPS's, a camera's of its own."""
+
+_SILENT_N = 3
 _TILT_EVERY_US = 200_000
 _TILT_DEG = 0.5
 _PITCH_S = 0.1
@@ -101,6 +108,7 @@ class Shutter:
         self._before, self._before_due_us, self._before_asks_n = -1, 0, 0
         self._runs = False
         self._answered = True
+        self._answers = False  # the camera, to anything
         self._tells_due_us = 0
         self._tilts_due_us = 0
         self._tilt_deg = 0.0
@@ -145,26 +153,37 @@ class Shutter:
 
     def heard(self, message: Message) -> None:
         """Take in what the camera or the vehicle has answered."""
-        if isinstance(message, ImageCaptured):
+        if isinstance(message, CommandAck):
+            self._acknowledged(message)
+        elif isinstance(message, ImageCaptured):
+            self._answers = True
             if message.taken and (self._newest is None or message.image_index > self._newest):
                 unheard_n = -1 if self._newest is None else message.image_index - self._newest - 1
                 self._newest = message.image_index
                 self._taken(message.time_boot_ms * 1e-3, unheard_n, message.image_index)
             elif message.taken and self._doubted and message.image_index == self._before:
                 self._taken_before(message.time_boot_ms * 1e-3)
-        elif isinstance(message, CommandAck):
-            if message.command == Command.IMAGE_START_CAPTURE:
-                self._answer_to_shot(message.result)
-            elif message.command == Command.REQUEST_MESSAGE and message.result in _REFUSED:
-                if self._before_asks_n:
-                    self._deny_doubted()
-                    return
-                for order in self._open[-1:]:
-                    order.asks_n = _ASKS_N if order.asks_n else 0
-            elif message.command == Command.DO_SET_CAM_TRIGG_DIST:
-                self._answered = True
-            elif message.command == self._s.profile.gimbal(0.0)[0]:
-                self._tilted = True
+
+    def _acknowledged(self, message: CommandAck) -> None:
+        if message.command in _SHOOTING:
+            self._answers = True
+            if message.result in _REFUSED:
+                answer = Result(message.result).name
+                self._s.tell_once("warning", f"the camera refuses to be told to take pictures: {answer}")
+        if message.command == Command.IMAGE_START_CAPTURE:
+            self._answer_to_shot(message.result)
+        elif message.command == Command.REQUEST_MESSAGE and message.result in _REFUSED:
+            if self._before_asks_n:
+                self._deny_doubted()
+                return
+            for order in self._open[-1:]:
+                order.asks_n = _ASKS_N if order.asks_n else 0
+        elif message.command == Command.DO_SET_CAM_TRIGG_DIST:
+            self._answered = True
+        elif message.command == self._s.profile.gimbal(0.0)[0]:
+            self._tilted = True
+            if message.result in _REFUSED:
+                self._s.tell_once("warning", f"the gimbal refuses to tilt: {Result(message.result).name}")
 
     def _answer_to_shot(self, result: int) -> None:
         """The camera has answered the oldest command that it may yet answer; what came too late was lost."""
@@ -178,10 +197,14 @@ class Shutter:
 
     def _taken(self, vehicle_s: float, unheard_n: int, image_index: int) -> None:
         """A picture was taken then, and `unheard_n` others since the last that was told; -1 where none was."""
+        now_s = self._s.clock.at(self._s.now_us) * 1e-6
+        its_own = not now_s - _ITS_OWN_S * self._haste < vehicle_s < now_s + _ITS_OWN_S * self._haste
         if self._orders.trigger == "distance":
-            self.pictures.append(Picture(-1, vehicle_s, image_index))
+            self.pictures.append(Picture(-1, now_s if its_own else vehicle_s, image_index))
             return
-        before = [order for order in self._open if order.vehicle_s <= vehicle_s + _EARLY_S * self._haste]
+        before = [
+            order for order in self._open if its_own or order.vehicle_s <= vehicle_s + _EARLY_S * self._haste
+        ]
         if not before:
             return
         *earlier, this = before
@@ -195,7 +218,7 @@ class Shutter:
             else:
                 self._s.tell("warning", f"shot {order.shot + 1} was not taken")
         self._open.remove(this)
-        self.pictures.append(Picture(this.shot, vehicle_s, image_index))
+        self.pictures.append(Picture(this.shot, this.vehicle_s if its_own else vehicle_s, image_index))
 
     @property
     def _haste(self) -> float:
@@ -230,6 +253,9 @@ class Shutter:
 
     def _shoot(self, shot: int) -> bytes:
         s = self._s
+        if shot == _SILENT_N and not self._answers:
+            words = f"no camera has answered to {_SILENT_N} shots: is it on, and does it do what the mission's trigger asks?"
+            s.tell("warning", words)
         self._open.append(_Order(shot, s.clock.at(s.now_us) * 1e-6, s.now_us + _AGAIN_US))
         return self._commanded(shot)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from mavspiral.errors import InputError
 
-__all__ = ["SIGNATURE_N", "SIGNED", "Signer", "read_key"]
+__all__ = ["SIGNATURE_N", "SIGNED", "Signer", "is_signed", "read_key"]
 
 SIGNED = 1  # MAVLINK_IFLAG_SIGNED
 SIGNATURE_N = 13
@@ -46,7 +46,7 @@ class Signer:
 
     def accepts(self, frame: bytes) -> bool:
         """Whether that whole frame comes from somebody who has the key, and for the first time."""
-        good = frame[0] == _V2 and bool(frame[2] & SIGNED) and self._is_new_and_signed(frame)
+        good = is_signed(frame) and self._is_new_and_signed(frame)
         self.refused_n += not good
         return good
 
@@ -63,6 +63,11 @@ class Signer:
 
     def _digest(self, body: bytes) -> bytes:
         return hashlib.sha256(self._key + body).digest()[:6]
+
+
+def is_signed(frame: bytes) -> bool:
+    """Whether that whole frame says that it is signed."""
+    return frame[0] == _V2 and bool(frame[2] & SIGNED)
 
 
 def read_key(path: Path) -> bytes:

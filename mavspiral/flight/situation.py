@@ -45,8 +45,10 @@ class Situation:
         entered_us: when the present state began.
         heard_us: when the vehicle last said anything.
         local_us: when it last told its position.
+        parameter_us: when it last told a parameter that it had not told before.
         awaited: the autopilots that it may be, in words.
         overheard: MAV_AUTOPILOT of others that were heard instead.
+        no_copters: MAV_TYPE of what was heard with such an autopilot and is no multicopter.
         origin: the origin that `to_vehicle` was made from.
         begins_enu_m: where the trajectory does, above home.
         follower: what is being flown, from pre-stream on.
@@ -66,6 +68,7 @@ class Situation:
     entered_us: int = 0
     heard_us: int = 0
     local_us: int = 0
+    parameter_us: int = 0
     vehicle: Vehicle = field(default_factory=Vehicle)
     clock: VehicleClock = field(default_factory=VehicleClock)
     events: list[Event] = field(default_factory=list)
@@ -77,6 +80,7 @@ class Situation:
     inspection_ends_s: float = math.nan
     awaited: str = ""
     overheard: set[int] = field(default_factory=set)
+    no_copters: set[int] = field(default_factory=set)
     reference: Reference | None = None
     follower: Follower | None = None
     consented: bool = False

@@ -65,7 +65,12 @@ class Upload:
         try:
             if self._upload is None:
                 for beat in messages:
-                    if isinstance(beat, Heartbeat) and beat.autopilot in AUTOPILOTS and self._upload is None:
+                    if (
+                        isinstance(beat, Heartbeat)
+                        and beat.is_copter
+                        and beat.autopilot in AUTOPILOTS
+                        and self._upload is None
+                    ):
                         self._upload = self._met(beat)
                 if self._upload is None and now_us - self._begun_us > _NOBODY_US:
                     raise self._nobody()

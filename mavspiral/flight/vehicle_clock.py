@@ -31,6 +31,11 @@ class VehicleClock:
         """Whether anything has been heard yet."""
         return self._n > 0
 
+    @property
+    def interval_s(self) -> float:
+        """How far apart the observations are on our clock, in the mean of the last hundred; 0 before the second."""
+        return self._interval_us * 1e-6
+
     def observe(self, now_us: int, time_boot_ms: int) -> None:
         """Take in that the vehicle's clock showed `time_boot_ms` in a message that came at `now_us`."""
         heard_us = time_boot_ms * 1000.0

@@ -17,7 +17,7 @@ from mavspiral.flight.course import Row
 from mavspiral.flight.doubts import Doubts
 from mavspiral.flight.energy import Battery
 from mavspiral.flight.follower import Follower
-from mavspiral.flight.messages import Command, Heartbeat, MessageId, SystemStatus
+from mavspiral.flight.messages import Command, Heartbeat, MessageId, Origin, SystemStatus
 from mavspiral.flight.outcome import State
 from mavspiral.flight.schedule import Schedule
 from mavspiral.flight.sinking import SAG_M, Sinking
@@ -27,6 +27,9 @@ from mavspiral.frames import GeoPoint, LocalFrame
 __all__ = ["Finding", "Watch", "link_lost"]
 
 _ORIGIN_AGAIN_US = 5_000_000
+_ORIGIN_STEP_M = 0.05
+"""A move that is worth a word: the last digit that is sent is a centimetre, and some vehicles' flickers."""
+
 _BATTERY_AGAIN_US = 1_000_000
 _RECKONS_S = 5.0
 """So long an estimate is worth something without fixes: PX4's EKF2_NOAID_TOUT."""
@@ -67,6 +70,8 @@ class Watch:
         self._sinking = Sinking()
         self._origin_requests = Schedule(_ORIGIN_AGAIN_US)
         self._modes: frozenset[int] = frozenset()
+        self._begun_at: Origin | None = None  # the origin that the flight began with
+        self._moved_m = 0.0
         self._entry_mode: int | None = None
         self._mode_reached = False
         self._beat: Heartbeat | None = None
@@ -145,14 +150,17 @@ class Watch:
         now, then = s.vehicle.origin, s.origin
         if now is None or then is None:
             return None
+        self._begun_at = self._begun_at or then
         s.origin = now
         if now == then:
             return None
-        moved_m = math.hypot(*LocalFrame(GeoPoint(*then)).point_enu_m(GeoPoint(*now)))
+        moved_m = math.hypot(*LocalFrame(GeoPoint(*self._begun_at)).point_enu_m(GeoPoint(*now)))
         words = f"the vehicle's local origin moved by {moved_m:.2f} m in flight"
         if moved_m > s.config.governor.reserve_m and state not in _GOES_HOME:
             return Finding(f"{words}; flying home", State.BRAKE)
-        s.tell("warning", words)
+        if abs(moved_m - self._moved_m) >= _ORIGIN_STEP_M:
+            self._moved_m = moved_m
+            s.tell("warning", words)
         return None
 
     def _doubted_position(self, state: State) -> Finding | None:

@@ -36,6 +36,7 @@ MEANING = {
         m.base_mode >= 128,
         m.custom_mode,
         m.system_status,
+        m.type,
     ),
     "LOCAL_POSITION_NED": lambda m: LocalPosition(m.time_boot_ms, m.x, m.y, m.z, m.vx, m.vy, m.vz),
     "ATTITUDE": lambda m: Attitude(

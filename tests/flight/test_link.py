@@ -162,7 +162,9 @@ def test_a_false_start_costs_one_byte_and_no_frame():
 def test_version_1_frames_are_read_too():
     beat = mavlink.MAVLink_heartbeat_message(2, 12, 0x81, 6 << 16, 4, 3).pack(vehicle(), force_mavlink1=True)
     link = paired()
-    assert link.receive(beat[:3]) == [] and link.receive(beat[3:]) == [Heartbeat(1, 1, 12, True, 6 << 16, 4)]
+    assert link.receive(beat[:3]) == [] and link.receive(beat[3:]) == [
+        Heartbeat(1, 1, 12, True, 6 << 16, 4, 2)
+    ]
 
 
 def test_of_a_corrupted_stream_all_is_accepted_that_pymavlink_accepts_and_nothing_false():
@@ -186,7 +188,7 @@ def test_only_the_vehicle_is_heard_once_it_is_known():
     beat = mavlink.MAVLink_heartbeat_message(2, 12, 0x81, 6 << 16, 4, 3).pack(vehicle(system=9))
     link = Link()
     assert link.receive(position()) == []
-    assert link.receive(beat) == [Heartbeat(9, 1, 12, True, 6 << 16, 4)]
+    assert link.receive(beat) == [Heartbeat(9, 1, 12, True, 6 << 16, 4, 2)]
     link.vehicle = (9, 1)
     assert link.receive(position(5)) == []
     assert len(link.receive(position(5, system=9))) == 1

@@ -37,6 +37,14 @@ def test_jitter_and_loss_are_smoothed():
     assert 0 < late_us < 30_000, "behind by about the mean delay"
 
 
+def test_how_often_it_is_heard_is_known():
+    clock = VehicleClock()
+    assert clock.interval_s == 0.0
+    for ms in range(1000, 6000, 250):
+        clock.observe(ms * 1000 + 77, ms)
+    assert clock.interval_s == pytest.approx(0.25)
+
+
 def test_a_reboot_is_a_new_beginning():
     clock = VehicleClock()
     last_us = heard(clock, 1.0)
