@@ -24,6 +24,7 @@ from mavspiral.curve import Differentiable
 from mavspiral.curve.fourier import ComplexArray, spectra_of
 from mavspiral.errors import InputError
 from mavspiral.shape.contour import Ring
+from mavspiral.shape.distance import cells_away
 from mavspiral.shape.heightmap import Site
 
 __all__ = [
@@ -157,8 +158,7 @@ def largest_contour(occupied: NDArray[np.bool_], cell_m: float, standoff_m: floa
     cells' middles, the wall is half a cell nearer, and the contour's cells lie half a cell inside the line on the
     mean: so the line is drawn a cell farther out, and the contour is at d, give or take half a cell's diagonal.
     """
-    away = cv2.distanceTransform((~occupied).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    near = (away * cell_m < standoff_m + cell_m).astype(np.uint8)
+    near = (cells_away(occupied) * cell_m < standoff_m + cell_m).astype(np.uint8)
     contours, _ = cv2.findContours(near, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
     areas = [cv2.contourArea(contour) for contour in contours]
     largest = contours[int(np.argmax(areas))]

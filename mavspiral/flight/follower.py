@@ -70,6 +70,11 @@ class Follower:
         """Whether path time has reached the end."""
         return self.pace.path_t_s >= self._duration_s
 
+    @property
+    def yaw_ned_rad(self) -> float:
+        """Where the reference looks now."""
+        return self.due[9]
+
     def heard(self, vehicle_us: float, position_ned_m: Triple) -> None:
         """Take in where the vehicle was at `vehicle_us`, and how far that was from the reference then."""
         ago_s = (self._vehicle_us - vehicle_us) * 1e-6

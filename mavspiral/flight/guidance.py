@@ -88,7 +88,7 @@ def _way_home(s: Situation) -> Trajectory:
     end = s.trajectory(s.trajectory.duration_s)
     yaw_ned_rad = s.vehicle.yaw_ned_rad
     if not math.isfinite(yaw_ned_rad) and s.follower is not None:
-        yaw_ned_rad = s.follower.due[9]  # it tells no attitude, so it looks where it was told to
+        yaw_ned_rad = s.follower.yaw_ned_rad  # it tells no attitude, so it looks where it was told to
     return s.way_home(here_enu_m, end.position_enu_m, float(yaw_ned_to_enu(yaw_ned_rad)))
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.shape.contour import Ring, corners_closed, iso_line
+from mavspiral.shape.distance import cells_away
 from mavspiral.shape.slicing import SolidDistance
 
 __all__ = ["Court", "court_ring", "courts_of", "enclosed_ground"]
@@ -91,8 +92,7 @@ def _grown(hole: NDArray[np.bool_], cells: float) -> NDArray[np.bool_]:
     """The hole and what is no farther from it than so many cells."""
     if not cells:
         return hole
-    away = cv2.distanceTransform((~hole).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.asarray(away <= cells)
+    return np.asarray(cells_away(hole) <= cells)
 
 
 def _holes(plan_m: NDArray[np.float32], gate_m: float) -> list[NDArray[np.bool_]]:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
+from mavspiral.shape.distance import cells_away
 from mavspiral.shape.slicing import SolidDistance
 
 __all__ = ["LeftOut", "Part", "parts_of"]
@@ -138,7 +139,7 @@ def _deepest(mask: NDArray[np.bool_]) -> tuple[int, int]:
     """Row and column of the place farthest from the edge of `mask`."""
     rows, cols = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
     within = np.pad(mask[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1], 1)
-    depth = cv2.distanceTransform(within.view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    depth = cells_away(~within)
     row, col = np.unravel_index(int(np.argmax(depth)), depth.shape)
     return int(rows[0] + row - 1), int(cols[0] + col - 1)
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
+from mavspiral.shape.distance import cells_away
 from mavspiral.shape.heightmap import Site
 
 __all__ = ["Roof", "RoofGrid", "roof_grid", "roofs_of"]
@@ -39,9 +39,7 @@ class RoofGrid:
         """Signed distance in plan of each cell's centre to the edge of `mask`: positive outside, infinite without one."""
         if not mask.any():
             return np.full(mask.shape, np.inf)
-        outside = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-        inside = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-        cells = np.where(mask, 0.5 - inside, outside - 0.5)
+        cells = np.where(mask, 0.5 - cells_away(~mask), cells_away(mask) - 0.5)
         return np.asarray(cells * self.cell_m, dtype=np.float64)
 
     def slope_enu(self, cells: BoolArray) -> FloatArray:

@@ -19,13 +19,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
+from mavspiral.shape.distance import cells_away
 from mavspiral.shape.heightmap import Site
 
 __all__ = ["Slice", "SolidDistance", "obstacle_distance", "solid_distance"]
@@ -144,8 +144,7 @@ def _of_block(block: FloatArray, cell_m: float, origin_enu_m: FloatArray) -> Sol
     corners = np.maximum(sides[:-1], sides[1:])
     plan = np.empty((levels.size, *corners.shape), dtype=np.float32)
     for j, level in enumerate(levels):
-        below = (corners < level).view(np.uint8)
-        plan[j] = cv2.distanceTransform(below, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        plan[j] = cells_away(corners >= level)
     plan *= np.float32(cell_m)
     origin = np.array(origin_enu_m)
     for array in (levels, plan, origin):

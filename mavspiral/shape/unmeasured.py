@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.frames import LocalFrame
+from mavspiral.shape.distance import cells_away
 
 __all__ = ["fill_holes", "gaps_told"]
 
@@ -57,8 +58,7 @@ def fill_holes(
         )
         filled_m[box][hole] = surface_m[box][edge].max()
     reach = SPAN_M / cell_m
-    away = cv2.distanceTransform((~standing).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    asked = np.argwhere(unknown & ~whole[labels] & (away < reach))
+    asked = np.argwhere(unknown & ~whole[labels] & (cells_away(standing) < reach))
     stands_m = np.where(unknown, np.nan, np.where(standing, surface_m, -np.inf))
     between_m = _between(stands_m, asked, reach)
     filling_m = np.full(surface_m.shape, -np.inf)
@@ -81,23 +81,27 @@ def gaps_told(
     """In words what was not measured around the building, and where that may hide a piece of it."""
     share = 1.0 - np.count_nonzero(measured) / measured.size
     ring = np.ones((3, 3), dtype=np.uint8)
-    row, col = np.nonzero(~known & cv2.dilate(building.astype(np.uint8), ring).astype(np.bool_))
-    hole_m2 = np.count_nonzero(known & ~measured & building) * cell_m**2
+    holes = np.argwhere(known & ~measured & building)
+    beside = np.argwhere(~known & cv2.dilate(building.astype(np.uint8), ring).astype(np.bool_))
+
+    def example(cells: NDArray[np.int64]) -> str:
+        x, y = south_west_m + (cells[0, ::-1] + 0.5) * cell_m
+        lat, lon, _ = frame.to_geodetic([x, y, 0.0])
+        return f"e.g. at lat {float(lat):.6f}, lon {float(lon):.6f}"
+
     told = []
-    if hole_m2 > 0.0:
+    if len(holes):
         told.append(
-            f"{hole_m2:.1f} m² of the building was not measured and is taken to be as high as what is beside it"
+            f"{len(holes) * cell_m**2:.1f} m² of the building was not measured, {example(holes)}, and is taken to be as high "
+            "as what is beside it"
         )
-    beside_m = len(row) * cell_m
-    if share <= 0.005 and beside_m <= SMALL_M:
+    if share <= 0.005 and not len(beside):
         return tuple(told)
     line = f"{share:.1%} of the map around the building was not measured and is, but for such holes, taken to be empty"
     line = line if told else line.replace(", but for such holes,", "")
-    if beside_m > SMALL_M:
-        x, y = south_west_m + (np.array([col[0], row[0]]) + 0.5) * cell_m
-        lat, lon, _ = frame.to_geodetic([x, y, 0.0])
+    if len(beside):
         line += (
-            f"; {beside_m:.0f} m of it lie at the building's wall, e.g. at lat {float(lat):.6f}, lon {float(lon):.6f}: "
+            f"; {len(beside) * cell_m:.1f} m of it lie at the building's wall, {example(beside)}: "
             "no clearance is known from what may stand there"
         )
     return (*told, line)
