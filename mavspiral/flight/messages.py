@@ -147,9 +147,9 @@ class Target(NamedTuple):
         return cls(setpoint[0:3], setpoint[3:6], setpoint[6:9], setpoint[9], setpoint[10])
 
 
-_COPTERS = frozenset(
-    {0, 2, 3, 4, 13, 14, 15, 29, 35}
-)  # MAV_TYPE; 0 is an ArduPilot whose frame nobody has set
+# MAV_TYPE; 0 is an ArduPilot whose frame nobody has set.
+_COPTERS = frozenset({0, 2, 3, 4, 13, 14, 15, 29, 35, 43})
+_BESIDE = frozenset({6, 18, 26, 27, 30})
 
 
 class Heartbeat(NamedTuple):
@@ -167,6 +167,11 @@ class Heartbeat(NamedTuple):
     def is_copter(self) -> bool:
         """Whether it is one that can hover where it is told to; no gimbal, rover or aeroplane with such an autopilot."""
         return self.vehicle_type in _COPTERS
+
+    @property
+    def is_vehicle(self) -> bool:
+        """Whether it is one that moves; no ground station, companion, gimbal, ADS-B receiver or camera."""
+        return self.vehicle_type not in _BESIDE
 
 
 class LocalPosition(NamedTuple):

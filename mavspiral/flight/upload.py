@@ -67,7 +67,7 @@ class Upload:
                 for beat in messages:
                     if (
                         isinstance(beat, Heartbeat)
-                        and beat.is_copter
+                        and beat.is_vehicle
                         and beat.autopilot in AUTOPILOTS
                         and self._upload is None
                     ):

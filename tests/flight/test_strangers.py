@@ -15,6 +15,7 @@ from test_shutter import DUE_S, WithCamera, shooting
 from mavspiral.flight.ardupilot import ARDUPILOT
 from mavspiral.flight.outcome import SessionConfig, State
 from mavspiral.flight.px4 import PX4
+from mavspiral.flight.upload import Upload
 
 
 def words(session, severity="warning"):
@@ -359,3 +360,18 @@ def test_one_that_finds_its_place_late_is_waited_for():
     px4, session = FindsItsPlaceLate(VEHICLE_ORIGIN, HOME), make_session()
     fly(session, px4, until=lambda: session.state is State.TAKEOFF)
     assert px4.armed
+
+
+@pytest.mark.parametrize(("vehicle_type", "component"), [(mavlink.MAV_TYPE_FIXED_WING, 1), (19, 1), (2, 5)])
+def test_a_plan_is_uploaded_to_any_vehicle_and_to_no_gimbal(vehicle_type, component):
+    """Anybody's plan, for an aeroplane too; a gimbal may speak first, with an autopilot's number."""
+    upload = Upload({}, None)
+    gimbal, vehicle = mavlink.MAVLink(None, 1, 154), mavlink.MAVLink(None, 1, component)
+    upload.step(0, beat_of(gimbal, mavlink.MAV_TYPE_GIMBAL))
+    assert upload._link.vehicle is None
+    upload.step(1_000_000, beat_of(vehicle, vehicle_type))
+    assert upload._link.vehicle == (1, component)
+
+
+def beat_of(sender, vehicle_type):
+    return mavlink.MAVLink_heartbeat_message(vehicle_type, mavlink.MAV_AUTOPILOT_PX4, 0, 0, 4, 3).pack(sender)
