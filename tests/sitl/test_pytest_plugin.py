@@ -179,13 +179,13 @@ def test_where_a_client_finds_each_dialect():
 
 def test_options_become_the_vehicles_own():
     options = SitlOptions(seed=3, wind_mps=-2.5, gusts=True, faults=("gps_loss@1s",), airframe="x500")
-    from sitl.__main__ import _options
+    from sitl.arguments import parser_of_options
 
-    parsed = _options().parse_args(options.arguments())
+    parsed = parser_of_options("").parse_args(options.arguments())
     assert (parsed.seed, parsed.gust, parsed.airframe, len(parsed.fault)) == (3, True, "x500", 1)
     assert parsed.wind[1] == pytest.approx(-2.5)
     assert not parsed.camera
-    assert _options().parse_args(SitlOptions(camera=True).arguments()).camera
+    assert parser_of_options("").parse_args(SitlOptions(camera=True).arguments()).camera
     assert parsed.home[0].lat_deg == options.home[0]
 
 
