@@ -79,7 +79,10 @@ def _take_over(s: Situation) -> None:
     """What an earlier flight has set stays for this one, and is put back after it; what was changed since then is left alone."""
     for name, (own, given) in s.config.borrowed.items():
         now = _value(s, name)
-        if now is not None and abs(now - given) <= _SAME:
+        if now is None:
+            words = f"{name} could not be read; an earlier flight has set it to {given:g} (was {own:g})"
+            s.tell("warning", f"{words}: put it back yourself")
+        elif abs(now - given) <= _SAME:
             s.failsafes_wanted[name], s.failsafes_before[name] = now, own
     if s.failsafes_before:
         told = ", ".join(

@@ -163,3 +163,13 @@ def test_what_somebody_has_changed_since_the_killed_flight_is_left_alone(careles
     fly(session, careless)
     assert session.outcome.ok
     assert careless.parameters["COM_OBL_RC_ACT"] == 5 and careless.parameters["RTL_TYPE"] == 2
+
+
+def test_what_a_killed_flight_has_set_and_nobody_can_read_is_told(careless):
+    del careless.parameters["RTL_TYPE"]
+    session = make_session(SessionConfig(borrowed={"RTL_TYPE": (2.0, 0.0)}))
+    fly(session, careless)
+    told = [event.text for event in session.events if event.severity == "warning" and "earlier" in event.text]
+    assert told == [
+        "RTL_TYPE could not be read; an earlier flight has set it to 0 (was 2): put it back yourself"
+    ]
