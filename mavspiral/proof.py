@@ -31,7 +31,6 @@ from mavspiral.survey.solids import Solids
 from mavspiral.tour.obstacle import nearest_obstacle
 from mavspiral.tour.passes import Pass
 from mavspiral.tour.transit import REACTION_S
-from mavspiral.workers import workers
 
 __all__ = ["CLEARANCE_GRID_S", "failures_of", "judge_limits", "judge_sight", "proof_of", "survey_of"]
 
@@ -47,14 +46,13 @@ def proof_of(
 ) -> tuple[Clearance, Certificate]:
     """The clearance from the solids all along a trajectory, and every limit of the mission against it."""
     limits = limits_of(mission)
-
-    def measured() -> Clearance:
-        states = trajectory.sampled(CLEARANCE_GRID_S)
-        return measure_clearance(states, solids, reaction_s=REACTION_S, braking_mps2=limits.acceleration_mps2)
-
-    measuring = workers().submit(measured)
     peaks = peaks_of(trajectory, trajectory.grid_s(GRID_S))
-    clearance = measuring.result()
+    clearance = measure_clearance(
+        trajectory.sampled(CLEARANCE_GRID_S),
+        solids,
+        reaction_s=REACTION_S,
+        braking_mps2=limits.acceleration_mps2,
+    )
     return clearance, Certificate(
         (
             *motion_figures(peaks, limits),

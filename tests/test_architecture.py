@@ -31,7 +31,7 @@ motion
 curve
 shape
 frames files
-arrays errors headway workers
+arrays errors headway
 """
 SITL = """
 __main__ pytest_plugin

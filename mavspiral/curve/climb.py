@@ -47,21 +47,29 @@ class Climb:
         _climb(u_rad, self.bottom_m, slope, 2.0 * np.pi, 2.0 * np.pi * (self.turns + 1), jet)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _climb(u: FloatArray, bottom: float, slope: float, begin: float, end: float, jet: FloatArray) -> None:
     """The climb: `slope` times a ramp that begins at `begin`, less one that begins at `end`.
 
     A ramp is the integral of a slope that grows from 0 to 1 as the smoothstep 10t³ − 15t⁴ + 6t⁵ over BLEND_RAD.
     """
+    per_blend = 1.0 / BLEND_RAD
+    level_m = slope * (end - begin)
     for i in range(u.size):
-        jet[0, i], jet[1, i], jet[2, i], jet[3, i] = bottom, 0.0, 0.0, 0.0
-        for k in range(2):
-            x = u[i] - (begin if k == 0 else end)
-            if x <= 0.0:
-                continue
-            sign = slope if k == 0 else -slope
-            t = min(x / BLEND_RAD, 1.0)
-            jet[0, i] += sign * (BLEND_RAD * t**4 * (2.5 + t * (t - 3.0)) + max(x - BLEND_RAD, 0.0))
-            jet[1, i] += sign * t**3 * (10.0 + t * (6.0 * t - 15.0))
-            jet[2, i] += sign * 30.0 * t**2 * (1.0 - t) ** 2 / BLEND_RAD
-            jet[3, i] += sign * 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) / BLEND_RAD**2
+        height, rate, bend, twist = 0.0, 0.0, 0.0, 0.0
+        if u[i] >= end + BLEND_RAD:
+            height = level_m
+        elif u[i] > begin:
+            for k in range(2):
+                x, sign = (u[i] - begin, slope) if k == 0 else (u[i] - end, -slope)
+                if x >= BLEND_RAD:
+                    height += sign * (x - 0.5 * BLEND_RAD)
+                    rate += sign
+                elif x > 0.0:
+                    t = x * per_blend
+                    t2 = t * t
+                    height += sign * BLEND_RAD * t2 * t2 * (2.5 + t * (t - 3.0))
+                    rate += sign * t2 * t * (10.0 + t * (6.0 * t - 15.0))
+                    bend += sign * 30.0 * t2 * (1.0 - t) ** 2 * per_blend
+                    twist += sign * 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) * (per_blend * per_blend)
+        jet[0, i], jet[1, i], jet[2, i], jet[3, i] = bottom + height, rate, bend, twist

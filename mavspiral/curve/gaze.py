@@ -50,19 +50,22 @@ class YawSpline(Differentiable):
         return jet.reshape(3, *u.shape)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _spline(u: FloatArray, knots: FloatArray, knot_rad: float) -> FloatArray:
     """A uniform cubic B-spline and two derivatives at `u` (M,), `(3, M)`."""
     out = np.empty((3, u.size))
     per_knot = 1.0 / knot_rad
+    before, value, slope, bend, twist = -1, 0.0, 0.0, 0.0, 0.0
     for i in range(u.size):
         x = u[i] * per_knot
         k = min(max(int(x), 0), knots.size - 4)
+        if k != before:
+            before = k
+            a, b, c, d = knots[k], knots[k + 1], knots[k + 2], knots[k + 3]
+            value, slope = (a + 4.0 * b + c) * (1.0 / 6.0), 0.5 * (c - a)
+            bend, twist = 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) * (1.0 / 6.0)
         t = min(max(x - k, 0.0), 1.0)
-        a, b, c, d = knots[k], knots[k + 1], knots[k + 2], knots[k + 3]
-        bend, twist = 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) * (1.0 / 6.0)
-        slope = 0.5 * (c - a)
-        out[0, i] = (a + 4.0 * b + c) * (1.0 / 6.0) + t * (slope + t * (bend + t * twist))
+        out[0, i] = value + t * (slope + t * (bend + t * twist))
         out[1, i] = (slope + t * (2.0 * bend + t * 3.0 * twist)) * per_knot
         out[2, i] = (2.0 * bend + t * 6.0 * twist) * (per_knot * per_knot)
     return out

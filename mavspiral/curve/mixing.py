@@ -34,7 +34,7 @@ NEAR_RAD = 0.4
 """They are no farther than this from the first of them: their sines are then short polynomials, exact to rounding."""
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def turned(cos: float, sin: float, x: float) -> tuple[float, float]:
     """Cosine and sine of an angle that is `x`, up to `NEAR_RAD`, more than the one whose they are given."""
     y = x * x
@@ -45,7 +45,7 @@ def turned(cos: float, sin: float, x: float) -> tuple[float, float]:
     return cos * even - sin * odd * x, sin * even + cos * odd * x
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def mixed_series(
     u: FloatArray, spectra: FloatArray, of_key: NDArray[np.int64], key_rad: float, basis: FloatArray
 ) -> FloatArray:

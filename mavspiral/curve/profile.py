@@ -101,7 +101,7 @@ class Profile:
         return jet.reshape(4, *u.shape)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _mixed(u: FloatArray, knots: FloatArray, knot_rad: float, basis: FloatArray) -> FloatArray:
     """The jet at phases `(M,)`, `(4, M)`."""
     out = np.zeros((4, u.size))

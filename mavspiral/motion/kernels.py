@@ -210,7 +210,7 @@ def knots(
     return u * (u_end / u[-1]), u1, u2
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def demand(
     table: FloatArray,
     du: float,
@@ -220,20 +220,18 @@ def demand(
     u: FloatArray,
     u1: FloatArray,
     u2: FloatArray,
-    first: int,
-    last: int,
 ) -> FloatArray:
-    """How many times slower the knots from `first` to before `last` would have to be passed to be within every limit.
+    """How many times slower each knot would have to be passed to be within every limit.
 
     1 is just so. `blur` is 1/u̇ of the fastest way past each row for the sake of the pictures, or empty.
     """
     # A division takes as long as a dozen products.
     per_speed, per_climb, per_descent, per_acceleration, per_jerk, per_yaw_rate, per_bend = 1.0 / limits
     per_du, per_dt = 1.0 / du, 1.0 / dt
-    ratios = np.empty(last - first)
+    ratios = np.empty(len(u))
     row = np.empty(11)
-    before = (u2[first] - u2[first - 1]) * per_dt if first > 0 else 0.0
-    for k in range(first, last):
+    before = 0.0
+    for k in range(len(u)):
         x = u[k] * per_du
         i = min(max(int(x), 1), len(table) - 3)
         s = x - i
@@ -267,7 +265,7 @@ def demand(
         third2 = max(jerk2_before, jerk2_after) * (per_jerk * per_jerk)
         if third2 > ratio4 * ratio * ratio:
             ratio = third2 ** (1.0 / 6.0)
-        ratios[k - first] = ratio
+        ratios[k] = ratio
     return ratios
 
 
@@ -302,7 +300,7 @@ def adjusted(
     return after
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def over_time(way: FloatArray, yaw: FloatArray, u1: FloatArray, u2: FloatArray, u3: FloatArray) -> None:
     """Turn derivatives by u, of a way `(4, M, 3)` and a yaw `(3, M)`, into derivatives by time: the chain rule."""
     for i in range(u1.size):

@@ -70,18 +70,19 @@ class TimeLaw:
         )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _law(t: FloatArray, step: float, u: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
     """The cubics through the knots, and their derivatives, at `t` (M,): `(4, M)`."""
     out = np.empty((4, t.size))
     last = u.size - 1
+    per_step = 1.0 / step  # a division takes as long as a dozen products
     for i in range(t.size):
-        at = min(max(t[i] / step, 0.0), float(last))
+        at = min(max(t[i] * per_step, 0.0), float(last))
         k = min(int(at), last - 1)
         s = (at - k) * step
-        j = (a[k + 1] - a[k]) / step
-        out[0, i] = min(max(u[k] + s * (v[k] + s * (a[k] / 2 + s * j / 6)), u[0]), u[last])
-        out[1, i] = v[k] + s * (a[k] + s * j / 2)
+        j = (a[k + 1] - a[k]) * per_step
+        out[0, i] = min(max(u[k] + s * (v[k] + s * (0.5 * a[k] + s * j * (1.0 / 6.0))), u[0]), u[last])
+        out[1, i] = v[k] + s * (a[k] + 0.5 * s * j)
         out[2, i] = a[k] + s * j
         out[3, i] = j
     return out

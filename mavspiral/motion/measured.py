@@ -21,7 +21,6 @@ from mavspiral.motion.law import TimeLaw
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.sight import Sight
 from mavspiral.motion.turn import Gaze
-from mavspiral.workers import by_stretches
 
 __all__ = ["slower"]
 
@@ -44,19 +43,14 @@ def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, si
         u: FloatArray, u1: FloatArray, u2: FloatArray, before: FloatArray, after: FloatArray
     ) -> FloatArray:
         """The factors where the law is u, u̇, ü (M,), with u⃛ as it is before and after, `(2, M)`."""
-
-        def stretch(first: int, last: int) -> FloatArray:
-            here = slice(first, last)
-            way, yaw, tilt = path.jet(u[here]), gaze.jet(u[here]), pitch.jet(u[here])
-            ratio: FloatArray = _asked(way, yaw, u1[here], u2[here], before[here], after[here], bounds)
-            if tilt[1].any():
-                np.maximum(ratio, np.abs(tilt[1] * u1[here]) / GIMBAL_RADPS, out=ratio)
-            if sight is not None:
-                passing_mps = u1[here] * sight.passing(way[1], yaw[:2], tilt[:2])
-                np.maximum(ratio, passing_mps / sight.speed_mps, out=ratio)
-            return ratio
-
-        return np.concatenate(by_stretches(stretch, len(u)), axis=1)
+        way, yaw, tilt = path.jet(u), gaze.jet(u), pitch.jet(u)
+        ratio: FloatArray = _asked(way, yaw, u1, u2, before, after, bounds)
+        if tilt[1].any():
+            np.maximum(ratio, np.abs(tilt[1] * u1) / GIMBAL_RADPS, out=ratio)
+        if sight is not None:
+            passing_mps = u1 * sight.passing(way[1], yaw[:2], tilt[:2])
+            np.maximum(ratio, passing_mps / sight.speed_mps, out=ratio)
+        return ratio
 
     jerks = np.diff(law.phase_acceleration_radps2) / law.step_s
     beside = np.concatenate([jerks[:1], jerks, jerks[-1:]])
@@ -86,7 +80,7 @@ def slower(path: Path, gaze: Gaze, law: TimeLaw, limits: Limits, pitch: Gaze, si
     return worst
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _asked(
     way: FloatArray,
     yaw: FloatArray,

@@ -38,7 +38,7 @@ class Sight:
         return passing
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _passing(
     velocity: FloatArray, yaw: FloatArray, pitch: FloatArray, distance: float, tilted: bool
 ) -> FloatArray:

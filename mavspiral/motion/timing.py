@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import astuple
-from functools import partial
 
 import numpy as np
 
@@ -32,16 +31,15 @@ from mavspiral.motion.measured import slower
 from mavspiral.motion.rows import Rows
 from mavspiral.motion.sight import Sight
 from mavspiral.motion.turn import LEVEL, Gaze
-from mavspiral.workers import by_stretches
 
 __all__ = ["fastest_law"]
 
 GRIDS_M = (0.3, 0.05)
 """Rows are so far apart, or finer where the coarser ones overlook more than"""
 OVERLOOKED = 1.003
-KNOT_S = 0.04
 KNOTS_PER_WINDOW = 20
-WINDOW_IN_BENDS = 1.6
+LONGEST_KNOT_S = 0.06
+WINDOW_IN_BENDS, KNOTS_IN_BENDS = 1.6, 12
 SHORTEST_WINDOW_S = 0.1
 ROUNDS = 16
 PATIENCE = 4  # rounds without a gain of
@@ -79,7 +77,7 @@ def _quickest(rows: Rows, limits: Limits) -> TimeLaw:
         caps = np.minimum(caps, 1.0 / np.maximum(blur, STILL) ** 2)
     pace_m, distance_m, straight = kernels.way_along(table, du)
     window_s = _window_s(float(distance_m[-1]), limits, straight)
-    width = max(KNOTS_PER_WINDOW, math.ceil(window_s / KNOT_S))
+    width = max(KNOTS_PER_WINDOW if straight else KNOTS_IN_BENDS, math.ceil(window_s / LONGEST_KNOT_S))
     slowness = np.ones(len(table))
     durations_s: list[float] = []
     for _ in range(ROUNDS):
@@ -89,8 +87,7 @@ def _quickest(rows: Rows, limits: Limits) -> TimeLaw:
         steps = max(2, math.floor(times_s[-1] / window_s * width))
         step_s = float(times_s[-1]) / steps
         u, u1, u2 = kernels.knots(rates, times_s, steps, width, du * (len(table) - 1))
-        asked = partial(kernels.demand, table, du, bounds, blur, step_s, u, u1, u2)
-        ratios = np.concatenate(by_stretches(asked, len(u)))
+        ratios = kernels.demand(table, du, bounds, blur, step_s, u, u1, u2)
         worst = max(1.0, float(ratios.max()))
         durations_s.append(step_s * worst * (len(u) - 1))
         if durations_s[-1] == min(durations_s):

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.motion.trajectory import Leg, Trajectory
-from mavspiral.workers import workers
 
 __all__ = ["QUANTITIES", "Peaks", "peaks_of"]
 
@@ -45,19 +44,19 @@ class Peaks:
 
 def peaks_of(trajectory: Trajectory, t_s: FloatArray) -> tuple[Peaks, ...]:
     """The peaks at the rising times `(n,)`, of one stretch after the other. Where something is NaN, that is its peak."""
-
-    def of_stretch(stretch: tuple[Leg, FloatArray, float]) -> Peaks:
-        leg, here_s, begin_s = stretch
-        u, u1, u2, u3 = leg.law.derivatives(here_s - begin_s)
-        way, yaw, tilt = leg.path.jet(u), leg.gaze.jet(u), leg.gimbal_pitch.jet(u)
-        passing = np.zeros(len(u)) if leg.sight is None else leg.sight.passing(way[1], yaw[:2], tilt[:2])
-        greatest, rows = _greatest(way, yaw, tilt, passing, u1, u2, u3)
-        return Peaks(leg, greatest, here_s[rows], way[0, rows])
-
-    return tuple(workers().map(of_stretch, trajectory.stretches(t_s)))
+    return tuple(_of_stretch(leg, here_s, begin_s) for leg, here_s, begin_s in trajectory.stretches(t_s))
 
 
-@njit(cache=True, nogil=True)
+def _of_stretch(leg: Leg, here_s: FloatArray, begin_s: float) -> Peaks:
+    """The peaks at times of one leg, which begins at `begin_s`."""
+    u, u1, u2, u3 = leg.law.derivatives(here_s - begin_s)
+    way, yaw, tilt = leg.path.jet(u), leg.gaze.jet(u), leg.gimbal_pitch.jet(u)
+    passing = np.zeros(len(u)) if leg.sight is None else leg.sight.passing(way[1], yaw[:2], tilt[:2])
+    greatest, rows = _greatest(way, yaw, tilt, passing, u1, u2, u3)
+    return Peaks(leg, greatest, here_s[rows], way[0, rows])
+
+
+@njit(cache=True)
 def _greatest(
     way: FloatArray,
     yaw: FloatArray,

@@ -174,7 +174,7 @@ def _way_distance2(p: FloatArray, w: FloatArray, box: FloatArray) -> float:
     return distance2
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def _distances(
     pyramid: FloatArray,
     shape: tuple[int, int],

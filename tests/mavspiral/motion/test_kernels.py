@@ -136,8 +136,6 @@ def test_demand_is_what_the_trajectory_shows(make_helix, make_gaze, limits):
         law.phase_rad,
         law.phase_rate_radps,
         law.phase_acceleration_radps2,
-        0,
-        len(law.phase_rad),
     )
     t = law.step_s * np.arange(len(law.phase_rad))
     flight = Trajectory((Leg("leg", path, gaze, law),))
