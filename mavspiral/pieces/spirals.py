@@ -183,5 +183,5 @@ def _told(setting: Setting, piece: LeftOut) -> str:
     return (
         f"left out: a part of the building {piece.top_m:.1f} m high, east {west:.0f} to {east:.0f} m and "
         f"north {south:.0f} to {north:.0f} m of the origin (lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}), "
-        f"is not flown around above {piece.base_m:.1f} m"
+        f"is not flown around above {piece.base_m:.1f} m, where what is left of it is too low for a spiral of its own"
     )

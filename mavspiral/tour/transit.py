@@ -223,7 +223,7 @@ def judge_home(heights: HeightMap, solids: Solids, home_enu_m: FloatArray, clear
     if standing_m > max(0.5, home_enu_m[2] + 0.5):
         raise InputError(
             f"{where()}, {_height_words(home_enu_m[2])}, is inside something {standing_m:.1f} m high. "
-            f"Fix: move it out, or home_height_m = {standing_m:.1f} to start from that roof"
+            f"Fix: move it out, or home_height_m = {standing_m:.1f} to start from on top of it"
         )
     on_a_roof = standing_m > 0.5
     distance_m = float(solids.distance_m(home_enu_m[None, :])[0])
