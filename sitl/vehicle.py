@@ -260,8 +260,9 @@ class Vehicle:
         say = self._say = self._say or prepared(report, *asked)
         say(*asked)
         told.setflags(write=False)
-        fresh, running = ekf.fixes_fresh(self._frame), ekf.running
-        return Estimate(self.time_us, told, running, self.knows_position, fresh, running)
+        knows, running = self.knows_position, ekf.running
+        fresh = knows or ekf.fixes_fresh(self._frame)
+        return Estimate(self.time_us, told, running, knows, fresh, running)
 
     @property
     def fix_age_us(self) -> int:
@@ -297,12 +298,12 @@ class Vehicle:
         taken = (self._frame - GPS_DELAY_FRAMES) // 10 * 10 - 1
         if taken < 0 or not self._fix_valid.item(taken % 16):
             return None
-        lat, lon, alt, *velocity = self._fixes[taken % 16].tolist()
-        receiver = self._receiver
+        fix, receiver = self._fixes[taken % 16].copy(), self._receiver
+        fix.setflags(write=False)
         return GpsSample(
             (taken + 1) * FRAME_US,
-            GeoPoint(lat, lon, alt),
-            vector(velocity),
+            GeoPoint(*fix[:3].tolist()),
+            fix[3:],
             *receiver.sigma,
             receiver.fix_type,
             receiver.satellites,

@@ -66,9 +66,8 @@ class Px4Telemetry:
         due = self.streams.due(helm.time_us)
         if not due:
             return []
-        report = helm.report()
-        messages = (self._streamed[message_id](report) for message_id in due)
-        return [message for message in messages if message is not None]
+        report, streamed = helm.report(), self._streamed
+        return [told for message_id in due if (told := streamed[message_id](report)) is not None]
 
     def origin(self, helm: Helm) -> Message | None:
         """GPS_GLOBAL_ORIGIN, once there is one."""
