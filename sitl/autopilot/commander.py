@@ -12,14 +12,16 @@ from dataclasses import replace
 
 from sitl.autopilot.arming import home_in, home_of, idle_limit_us, is_ready, why_not_arm
 from sitl.autopilot.charge import charge_of
-from sitl.autopilot.errands import change_speed, circle, orbit_run, reposition
+from sitl.autopilot.errands import change_speed, circle, orbit_run, reposition, set_home
 from sitl.autopilot.failsafe import change_conduct, descent, watch_charge
+from sitl.autopilot.geofence import TERMINATE, watch_geofence
 from sitl.autopilot.memory import NOTHING, CommanderState
 from sitl.autopilot.modes import MODES, climbs
 from sitl.autopilot.offboard import commands_every_axis, lost_us
 from sitl.autopilot.pilot import Pilot
 from sitl.autopilot.planning import leave_mission, shoot, stand_down_mission, take_plan
 from sitl.autopilot.progress import proceed
+from sitl.autopilot.upset import ends_flight, leaning_axis, watch_attitude
 from sitl.clock import FRAME_S
 from sitl.condition import Condition
 from sitl.orders import (
@@ -114,7 +116,9 @@ class Commander(Pilot[CommanderState]):
                 told = self._state.payload.told(item, self._state.home)
                 self._state.payload = replace(told, paused=False)
                 return Verdict.ACCEPTED
-            case SetHome() | TurnTo() | SetOutput() | Pause():
+            case SetHome(point):
+                return set_home(self._state, point, condition)
+            case TurnTo() | SetOutput() | Pause():
                 return Verdict.DENIED
 
     def steer(self, setpoint: Setpoint, condition: Condition) -> None:
@@ -160,6 +164,12 @@ class Commander(Pilot[CommanderState]):
             self.holds_until_us = 0 if self._is_expectant() else next_look_us
             return _DISARMED
         if now_us % _LOOK_US == 0:
+            self._watch_attitude(condition)
+            self._remark(condition, watch_geofence(state, condition, self.parameters))
+            if state.outside and self.parameters["GF_ACTION"] == TERMINATE:
+                self._stand_down(condition, "Disarmed by failsafe")
+            if not state.armed:
+                return _DISARMED
             self._remark(condition, watch_charge(state, condition, self.parameters))
         lost_us = self._lost_us()
         streamed = state.mode is not Mode.OFFBOARD or now_us <= lost_us
@@ -185,8 +195,9 @@ class Commander(Pilot[CommanderState]):
             armed=state.armed,
             mode=state.conduct,
             landed=Landed.ON_GROUND if condition.on_ground else aloft,
-            ready=is_ready(condition),
-            failsafe=state.failsafe is not None,
+            ready=is_ready(condition)
+            and not (state.upset if state.armed else leaning_axis(condition, self.parameters)),
+            failsafe=state.failsafe is not None or state.upset,
             home=state.home,
             setpoint=state.setpoint,
             plans=state.plans,
@@ -201,6 +212,10 @@ class Commander(Pilot[CommanderState]):
         if state.armed:
             return Verdict.ACCEPTED
         if not force:
+            axis = leaning_axis(condition, self.parameters)
+            if axis:
+                self._notify(condition, Severity.CRITICAL, f"Preflight Fail: Attitude failure ({axis})")
+                return Verdict.NOT_NOW
             streamed = condition.time_us <= self._lost_us()
             reason = why_not_arm(condition, state.mode, streamed=streamed, mission_ok=state.mission_ok)
             if reason is not None:
@@ -208,9 +223,10 @@ class Commander(Pilot[CommanderState]):
                 return Verdict.NOT_NOW
         state.armed, state.armed_at_us = True, condition.time_us
         state.flown, state.standing_since_us, state.failsafe = False, None, None
-        state.charge, state.for_charge = charge_of(condition.charge_left, self.parameters), None
+        state.charge, state.for_need = charge_of(condition.charge_left, self.parameters), None
         state.course = None
-        state.home = home_of(condition) or state.home
+        if not state.home_locked:
+            state.home = home_of(condition) or state.home
         self._notify(condition, Severity.INFO, "Armed by external command")
         return Verdict.ACCEPTED
 
@@ -225,8 +241,9 @@ class Commander(Pilot[CommanderState]):
 
     def _stand_down(self, condition: Condition, text: str) -> None:
         state = self._state
-        state.armed, state.failsafe, state.for_charge, state.steering = False, None, None, None
-        state.course = None
+        state.armed, state.failsafe, state.for_need, state.steering = False, None, None, None
+        state.outside = False
+        state.course, state.leaning_since_us, state.upset = None, None, False
         state.setpoint = NOTHING
         stand_down_mission(state)
         state.mode = MODES[state.mode].after_disarm or state.mode
@@ -244,7 +261,7 @@ class Commander(Pilot[CommanderState]):
             leave_mission(state)
         if state.conduct is not mode or mode is Mode.TAKEOFF:
             state.steering = state.course = None
-        state.mode, state.failsafe, state.for_charge, state.speed_mps = mode, None, None, math.nan
+        state.mode, state.failsafe, state.for_need, state.speed_mps = mode, None, None, math.nan
         return Verdict.ACCEPTED
 
     def _refuse_mode(self, name: str, condition: Condition) -> Verdict:
@@ -283,7 +300,7 @@ class Commander(Pilot[CommanderState]):
     def _is_expectant(self) -> bool:
         """Whether something beside setpoints and battery may change within frames."""
         state = self._state
-        waits = state.home is None or state.payload.is_waiting or state.for_charge is not None
+        waits = state.home is None or state.payload.is_waiting or state.for_need is not None
         return waits or self.has_news
 
     def _watch_ground_station(self, condition: Condition) -> None:
@@ -291,6 +308,15 @@ class Commander(Pilot[CommanderState]):
         if heard_us is not None and condition.time_us - heard_us > 1e6 * limit_s:
             self._state.ground_heard_us = None
             self._notify(condition, Severity.INFO, "Connection to ground station lost")
+
+    def _watch_attitude(self, condition: Condition) -> None:
+        """Tell of a vehicle that has tipped over, and stop it where PX4 does."""
+        text = watch_attitude(self._state, condition, self.parameters)
+        if text:
+            self._notify(condition, Severity.CRITICAL, text)
+            self._notify(condition, Severity.CRITICAL, "Failsafe activated")
+        if ends_flight(self._state, condition, self.parameters):
+            self._stand_down(condition, "Disarmed by failsafe")
 
     def _watch_ground(self, condition: Condition) -> None:
         """Disarm who does not take off, and who has landed."""
