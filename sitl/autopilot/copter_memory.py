@@ -91,13 +91,12 @@ class CopterState(PilotState):
     low_fence: bool = False
     """Whether the least height is watched: since the flight first was above it."""
     blind: bool = False
-    touching_since_us: int | None = None
     """Whether LAND goes down level, without a position."""
+    touching_since_us: int | None = None
     outputs: tuple[tuple[int, int], ...] = ()
     trail: Trail = field(default_factory=Trail)
     gcs_heard_us: int | None = None
     told_place: bool = False
-    """Whether somebody has said where home is: arming does not move it then."""
     speeds: Speeds = field(default_factory=Speeds)
 
 
