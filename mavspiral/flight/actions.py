@@ -257,5 +257,5 @@ def finished(s: Situation) -> bool:
 
 
 def disarmed(s: Situation) -> bool:
-    """Whether it is disarmed."""
-    return not s.vehicle.armed
+    """Whether it is disarmed, and that not because it has just begun anew."""
+    return not s.vehicle.armed and not s.clock.jumps

@@ -1,6 +1,6 @@
 """What is watched at every step of a flight, beside its course: `Watch.finds` gives the first thing that changes it.
 
-In this order: silence (the link is lost), a mode that we did not ask for (hands off), a local origin that moves, a position
+In this order: silence (the link is lost), a clock that begins anew, a mode that we did not ask for (hands off), a local origin that moves, a position
 that is not to be trusted, a height that is not held, a vehicle that does not follow, an empty battery (fly home). Each is
 looked at only when what it looks at may have changed.
 """
@@ -54,6 +54,12 @@ def link_lost(s: Situation, row: Row, reason: str) -> Finding:
     return Finding(words, exit_code=LinkError.exit_code)
 
 
+def _rebooted(row: Row, why: str) -> Finding:
+    if row.modes is None:
+        return Finding(f"the vehicle has rebooted ({why}); begin again once it is ready")
+    return Finding(f"the vehicle has rebooted in flight ({why}); nothing more is sent to it: take over")
+
+
 class Watch:
     """Watches one flight.
 
@@ -97,6 +103,8 @@ class Watch:
         if now_us > s.heard_us and (found := self._silence(row)):
             return found
         beat = vehicle.heartbeat
+        if s.clock.jump_s and (found := self._jumped_clock(state, row)):
+            return found
         if row.modes is None or beat is None:
             return None
         if beat is not self._beat and (found := self._hands(beat, row)):
@@ -129,8 +137,19 @@ class Watch:
             return link_lost(s, row, f"link lost: nothing came for {silence_s:.0f} s")
         return None
 
+    def _jumped_clock(self, state: State, row: Row) -> Finding | None:
+        """Hands off one that has rebooted: it flies by nothing that it was told before."""
+        clock = self._s.clock
+        jump_s, clock.jump_s = clock.jump_s, 0.0
+        if jump_s > 0.0:
+            self._s.tell("warning", f"the vehicle's clock jumped by {jump_s:.1f} s; the flight goes on as it was")
+            return None
+        return None if state is State.RESTORE else _rebooted(row, f"its clock went back by {-jump_s:.0f} s")
+
     def _hands(self, beat: Heartbeat, row: Row) -> Finding | None:
         """Hands off as soon as somebody else flies it."""
+        if beat.system_status in (SystemStatus.BOOT, SystemStatus.CALIBRATING):
+            return _rebooted(row, "it says that it is starting up")
         if not beat.armed:
             return None if row.may_disarm else Finding("the vehicle disarmed by itself")
         self._beat = beat
