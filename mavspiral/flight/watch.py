@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from mavspiral.errors import LinkError
+from mavspiral.flight.anchor import Anchor
 from mavspiral.flight.checks import loss_words
 from mavspiral.flight.course import Row
 from mavspiral.flight.doubts import Doubts
@@ -36,7 +37,8 @@ _RECKONS_S = 5.0
 
 _ON_THE_WAY = frozenset({State.ALIGN, State.STREAM, State.HOLD, State.BRAKE, State.RETURN})
 _FLIES = _ON_THE_WAY - {State.ALIGN}
-_GOES_HOME = frozenset({State.BRAKE, State.RETURN, State.LAND})
+_CLIMBS = frozenset({State.TAKEOFF, State.PRESTREAM, State.OFFBOARD})
+_GOES_HOME = frozenset({State.BRAKE, State.RETURN, State.LEAVE, State.HAND_OVER, State.LAND})
 _INSPECTS = frozenset({State.STREAM, State.HOLD})
 
 
@@ -74,6 +76,7 @@ class Watch:
         self._send = send
         self._battery, self._battery_looks = Battery(), Schedule(_BATTERY_AGAIN_US)
         self._sinking = Sinking()
+        self._anchor = Anchor(situation, send)
         self._origin_requests = Schedule(_ORIGIN_AGAIN_US)
         self._modes: frozenset[int] = frozenset()
         self._begun_at: Origin | None = None  # the origin that the flight began with
@@ -111,12 +114,14 @@ class Watch:
             return found
         if not beat.armed:
             return None
-        if (vehicle.origin is not s.origin or now_us >= self._origin_requests.due_us) and (
-            found := self._moved_origin(state)
-        ):
-            return found
-        if (doubts.fault or doubts.jump) and (found := self._doubted_position(state)):
-            return found
+        anchor = self._anchor
+        if not (doubts.jump or vehicle.origin is not anchor.known) or anchor.settled(doubts):
+            if (vehicle.origin is not anchor.known or now_us >= self._origin_requests.due_us) and (
+                found := self._moved_origin(state)
+            ):
+                return found
+            if (doubts.fault or doubts.jump) and (found := self._doubted_position(state)):
+                return found
         if follower is None:
             self._following_us = self._watched_us = now_us
         else:
@@ -142,7 +147,9 @@ class Watch:
         clock = self._s.clock
         jump_s, clock.jump_s = clock.jump_s, 0.0
         if jump_s > 0.0:
-            self._s.tell("warning", f"the vehicle's clock jumped by {jump_s:.1f} s; the flight goes on as it was")
+            self._s.tell(
+                "warning", f"the vehicle's clock jumped by {jump_s:.1f} s; the flight goes on as it was"
+            )
             return None
         return None if state is State.RESTORE else _rebooted(row, f"its clock went back by {-jump_s:.0f} s")
 
@@ -166,16 +173,18 @@ class Watch:
         s = self._s
         if self._origin_requests.take(s.now_us):
             self._send(s.link.command(Command.REQUEST_MESSAGE, MessageId.GPS_GLOBAL_ORIGIN))
-        now, then = s.vehicle.origin, s.origin
-        if now is None or then is None:
+        told, then = s.vehicle.origin, s.origin
+        if told is None or then is None:
             return None
         self._begun_at = self._begun_at or then
-        s.origin = now
+        now = s.origin = self._anchor.origin(told)
         if now == then:
             return None
         moved_m = math.hypot(*LocalFrame(GeoPoint(*self._begun_at)).point_enu_m(GeoPoint(*now)))
         words = f"the vehicle's local origin moved by {moved_m:.2f} m in flight"
         if moved_m > s.config.governor.reserve_m and state not in _GOES_HOME:
+            if state in _CLIMBS:
+                return Finding(f"{words}; landing", State.LAND)
             return Finding(f"{words}; flying home", State.BRAKE)
         if abs(moved_m - self._moved_m) >= _ORIGIN_STEP_M:
             self._moved_m = moved_m
