@@ -44,6 +44,7 @@ class Anchor:
         self._send = send
         self._asks = Schedule(_ASK_US)
         self._since_us: int | None = None
+        self._told: Origin | None = None  # the vehicle's origin when it opened
         self._before: Triple | None = None  # the vehicle's offset when it opened
 
     def settled(self, doubts: Doubts) -> bool:
@@ -57,7 +58,7 @@ class Anchor:
             self._close(self._before)
             return True
         if self._since_us is None:
-            self._since_us, self._before = s.now_us, s.vehicle.offset_ned_m
+            self._since_us, self._told, self._before = s.now_us, now, s.vehicle.offset_ned_m
             self._asks.start(s.now_us)
             if jump is not None:
                 s.vehicle.reckon_from(_sum(self._before, jump))
@@ -68,7 +69,8 @@ class Anchor:
             words = f"the vehicle's local frame has moved by {math.hypot(*moved):.1f} m, not the vehicle"
             s.tell("warning", f"{words}; the flight goes on where it was")
             return True
-        if (s.now_us - self._since_us) * 1e-6 * max(1.0, s.clock.rate) > _OPEN_S:
+        answered = jump is not None and now is not self._told
+        if answered or (s.now_us - self._since_us) * 1e-6 * max(1.0, s.clock.rate) > _OPEN_S:
             self._close(self._before)
             return True
         if self._asks.take(s.now_us):

@@ -208,7 +208,10 @@ class Watch:
             return Finding(words, State.LAND)
         if jumped and not fault and s.follower is not None:
             s.tell("warning", f"{jumped}; going on home from there")
-            s.follower.reference = s.follower.reference.shifted(*doubts.shift_ned_m)
+            north_m, east_m, down_m = doubts.shift_ned_m
+            # It may climb after a height that jumped, never come down: there is the roof.
+            up_m = 0.0 if math.hypot(north_m, east_m) > abs(down_m) else max(0.0, -down_m)
+            s.follower.reference = s.follower.reference.shifted(north_m, east_m, -up_m)
         return None
 
     def _lost_height(self, state: State, follower: Follower) -> Finding | None:
