@@ -149,7 +149,8 @@ def checked(s: Situation) -> bool:
         sets_failsafes=s.config.set_failsafes,
     )
     findings += position_rate(s.clock.interval_s)
-    findings += other_copters(s.link.vehicle, s.link.others.values())
+    if s.config.system_id is None:
+        findings += other_copters(s.link.vehicle, s.link.others.values())
     for severity, text in findings:
         if severity != "error":
             s.tell_once(severity, text)

@@ -165,7 +165,7 @@ def other_copters(flown: tuple[int, int] | None, others: Iterable[Heartbeat]) ->
     words = (
         f"{there} on this link (system {', '.join(map(str, systems))}); this flight is system {flown[0]}'s"
     )
-    return [("warning", f"{words}: if that is the wrong one, connect to the other alone")]
+    return [("warning", f"{words}: if that is the wrong one, --system names the other")]
 
 
 def loss_words(vehicle: Vehicle, profile: Profile) -> str:

@@ -67,6 +67,7 @@ class SessionConfig:
         dry_run: do everything but arm; nothing is set either.
         question: what must be approved after the checks, before anything is set or armed; empty if nothing.
         planned_for: the autopilot that the mission names, if it names one; another one is told of.
+        system_id: which MAVLink system is flown; None for the first vehicle that is heard.
     """
 
     rate_hz: float = 50.0
@@ -84,6 +85,7 @@ class SessionConfig:
     dry_run: bool = False
     question: str = ""
     planned_for: str | None = None
+    system_id: int | None = None
 
     def __post_init__(self) -> None:
         """Checks the rate."""

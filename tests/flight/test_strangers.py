@@ -143,8 +143,31 @@ def test_a_second_copter_on_the_link_is_said_and_which_of_them_flies(px4):
     fly(session, px4, down=down, until=lambda: session.state is State.ARM)
     assert words(session) == [
         "another copter is on this link (system 2); this flight is system 1's: "
-        "if that is the wrong one, connect to the other alone"
+        "if that is the wrong one, --system names the other"
     ]
+
+
+def test_the_one_of_several_copters_that_is_named_is_flown(px4):
+    session = make_session(SessionConfig(system_id=1), profiles=(PX4, ARDUPILOT))
+    down = beside(2, 1, QUADROTOR, ARDUPILOTMEGA, 0, 0, 3)
+    fly(session, px4, down=down, until=lambda: session.state is State.TAKEOFF)
+    assert px4.armed and session.profile is PX4 and words(session) == []
+
+
+def test_one_that_is_named_and_not_there_is_said_and_who_is(px4):
+    session = make_session(SessionConfig(system_id=7))
+    fly(session, px4)
+    assert session.outcome.exit_code == 3 and not px4.commands
+    assert session.outcome.reason == (
+        "nobody answers: no heartbeat of system 7 as PX4 in 10 s; system 1 is there: --system names another"
+    )
+
+
+def test_a_plan_is_uploaded_to_the_one_of_several_that_is_named():
+    upload = Upload({}, None, system_id=2)
+    for number, system in enumerate((1, 3, 2)):
+        upload.step(1_000_000 * number, beat_of(mavlink.MAVLink(None, system, 1), QUADROTOR))
+        assert upload._link.vehicle == ((2, 1) if system == 2 else None)
 
 
 def test_a_rover_alone_is_named_as_what_it_is(px4):
