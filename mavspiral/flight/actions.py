@@ -193,7 +193,7 @@ def ask_arm(s: Situation) -> bytes:
 
 
 def at_height(s: Situation) -> bool:
-    """Whether it hovers at the height of the first point.
+    """Whether it hovers at the height of the first point; or above it, as where its own least height of a take-off is more.
 
     Raises:
         LimitError: it does, but too far away from it.
@@ -202,7 +202,7 @@ def at_height(s: Situation) -> bool:
     here, first = s.vehicle.position_ned_m, s.reference.at(0.0).position_ned_m
     if (
         math.hypot(*s.vehicle.velocity_ned_mps) > _HOVER_MPS
-        or abs(here[2] - first[2]) > s.profile.takeoff_within_m
+        or here[2] - first[2] > s.profile.takeoff_within_m
     ):
         return False
     if (off_m := math.dist(here, first)) > s.config.join_max_m:

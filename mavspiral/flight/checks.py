@@ -17,6 +17,7 @@ Finding = tuple[str, str]
 """Severity ("info", "warning" or "error") and the words."""
 
 _SPEED_TOLERANCE = 1.01
+_HASTY_S = 0.3  # a link's hiccup
 _SELDOM_S = 0.3  # for so long path time runs on without a position (`streamer`)
 _NONE = 8  # MAV_AUTOPILOT_INVALID
 
@@ -110,6 +111,9 @@ def _loss(vehicle: Vehicle, profile: Profile) -> list[Finding]:
         if heard is not None and int(heard) != SYSTEM_ID:
             words = f"{profile.loss_action} waits for the heartbeat of system {int(heard)}, and this is {SYSTEM_ID}"
             findings.append(("warning", f"{words}: the loss of this link alone goes unnoticed"))
+    if timeout_s is not None and timeout_s < _HASTY_S:
+        words = f"{profile.loss_timeout} = {timeout_s:g} s: a setpoint that is so late already counts as a lost link"
+        findings.append(("warning", words))
     if timeout_s is not None and timeout_s > profile.long_loss_s:
         findings.append(
             (
@@ -144,7 +148,10 @@ def _pitfalls(vehicle: Vehicle, profile: Profile) -> list[Finding]:
         value = vehicle.parameters.get(name)
         now = None if value is None else value.number(bytewise=profile.integers_bytewise)
         if now is not None and (wanted := profile.failsafes[name](now, 0.0)) != now:
-            findings.append(("warning", f"{name} = {now:g}: {words}; safer: {wanted:g}"))
+            if name in profile.forbidding:
+                findings.append(("error", f"{name} = {now:g}: {words}; set it to {wanted:g}"))
+            else:
+                findings.append(("warning", f"{name} = {now:g}: {words}; safer: {wanted:g}"))
     return findings
 
 

@@ -163,7 +163,6 @@ COURSE: Mapping[State, Row] = {
         actions.at_height,
         State.PRESTREAM,
         ask=actions.ask_takeoff,
-        ask_every_s=2.0,
         within_s=180.0,
         late=Late.COME_DOWN,
         words=lambda s: f"it did not reach its height in 180 s; {s.answer(Command.NAV_TAKEOFF)}",

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 from fake_flight import HOME, VEHICLE_ORIGIN, fly, make_session
-from fake_px4 import FakePx4
+from fake_px4 import LOITER, TAKEOFF, FakePx4
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega
 from pymavlink.dialects.v20 import common as mavlink
@@ -398,3 +398,68 @@ def test_a_plan_is_uploaded_to_any_vehicle_and_to_no_gimbal(vehicle_type, compon
 
 def beat_of(sender, vehicle_type):
     return mavlink.MAVLink_heartbeat_message(vehicle_type, mavlink.MAV_AUTOPILOT_PX4, 0, 0, 4, 3).pack(sender)
+
+
+class FliesOnAfterTakeOff(FakePx4):
+    """COM_TAKEOFF_ACT 1: into the mission that it holds."""
+
+    def __init__(self, *args):
+        super().__init__(*args)
+        self.parameters |= {"COM_TAKEOFF_ACT": 1, "COM_RCL_EXCEPT": 4, "RTL_CONE_ANG": 0, "RTL_TYPE": 0}
+        self.parameters |= {"RTL_RETURN_ALT": 60.0, "COM_LOW_BAT_ACT": 3}
+
+    def _move(self, dt):
+        before = self.mode
+        super()._move(dt)
+        if self.parameters["COM_TAKEOFF_ACT"] and (before, self.mode) == (TAKEOFF, LOITER):
+            self.mode = 4 << 16 | 4 << 24
+
+
+def test_one_that_would_fly_a_mission_of_its_own_after_take_off_stays_on_the_ground():
+    px4, session = FliesOnAfterTakeOff(VEHICLE_ORIGIN, HOME), make_session()
+    fly(session, px4)
+    assert session.outcome.state is State.CHECK and not px4.armed
+    assert (
+        "COM_TAKEOFF_ACT = 1: after its take-off it flies a mission that it still holds"
+        in session.outcome.reason
+    )
+
+
+def test_that_is_set_for_a_flight_that_sets_failsafes_and_put_back():
+    px4, session = FliesOnAfterTakeOff(VEHICLE_ORIGIN, HOME), make_session(
+        SessionConfig(set_failsafes=True, safe_height_enu_m=40.0)
+    )
+    fly(session, px4)
+    assert session.outcome.ok
+    assert px4.set_parameters == [("COM_TAKEOFF_ACT", 0), ("COM_TAKEOFF_ACT", 1)]
+
+
+class TakesOffHigher(FakePx4):
+    """To MIS_TAKEOFF_ALT, whatever less it is told."""
+
+    least_m = 0.0
+
+    def _command_22(self, m):
+        m.param7 = max(m.param7, self.origin[2] - self.ground_down_m + self.least_m)
+        return super()._command_22(m)
+
+
+@pytest.mark.parametrize(("higher_m", "flies"), [(3.0, True), (9.0, False)])
+def test_one_that_takes_off_higher_than_it_is_told_is_joined_from_there_or_landed(higher_m, flies):
+    px4, session = TakesOffHigher(VEHICLE_ORIGIN, HOME), make_session()
+    px4.least_m = 20.0 + higher_m
+    end_us = fly(session, px4)
+    assert session.outcome.ok is flies and end_us < 150e6
+    if not flies:
+        assert "it hovers 8." in session.outcome.reason or "it hovers 9." in session.outcome.reason
+
+
+def test_a_patience_shorter_than_a_links_hiccup_is_said(px4):
+    px4.parameters["COM_OF_LOSS_T"] = 0.1
+    session = make_session(SessionConfig(dry_run=True))
+    fly(session, px4)
+    assert [
+        text
+        for text in words(session)
+        if text.startswith("COM_OF_LOSS_T = 0.1 s: a setpoint that is so late")
+    ]
