@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from mavspiral.errors import LimitError
-from mavspiral.flight.checks import check_before_arming, other_copters, position_rate
+from mavspiral.errors import LimitError, LinkError
+from mavspiral.flight.checks import check_before_arming, height_of_home, other_copters, position_rate
 from mavspiral.flight.follower import Follower
 from mavspiral.flight.messages import Command, MessageId
 from mavspiral.flight.origin import origin_from_pair
@@ -134,13 +134,21 @@ def checked(s: Situation) -> bool:
 
     Raises:
         LimitError: something does.
+        LinkError: it answers nothing.
     """
     missing = [name for name in s.profile.parameters if name not in s.vehicle.parameters]
     quiet_s = (s.now_us - max(s.entered_us, s.parameter_us)) * 1e-6
     if missing and quiet_s < _PARAMETERS_S:
         return False
-    assert s.reference is not None
-    findings = check_before_arming(
+    if not (s.vehicle.results or s.vehicle.parameters or s.vehicle.version):
+        raise LinkError(
+            "the vehicle speaks, and answers nothing that it is asked: it does not hear us, or obeys nobody who speaks MAVLink 2. "
+            "Fix: a link that carries both ways, and MAVLink 2 on it (MAV_PROTO_VER, SERIALn_PROTOCOL = 2)"
+        )
+    assert s.reference is not None and s.to_vehicle is not None
+    home_up_m = float(s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)[2])
+    findings = height_of_home(home_up_m, s.config.home_height_enu_m)
+    findings += check_before_arming(
         s.vehicle,
         s.profile,
         s.reference.extremes(),

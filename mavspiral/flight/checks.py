@@ -11,7 +11,15 @@ from mavspiral.flight.profile import Profile
 from mavspiral.flight.reference import Extremes
 from mavspiral.flight.vehicle import Vehicle
 
-__all__ = ["Finding", "check_before_arming", "loss_words", "other_copters", "parameter", "position_rate"]
+__all__ = [
+    "Finding",
+    "check_before_arming",
+    "height_of_home",
+    "loss_words",
+    "other_copters",
+    "parameter",
+    "position_rate",
+]
 
 Finding = tuple[str, str]
 """Severity ("info", "warning" or "error") and the words."""
@@ -19,6 +27,9 @@ Finding = tuple[str, str]
 _SPEED_TOLERANCE = 1.01
 _HASTY_S = 0.3  # a link's hiccup
 _SELDOM_S = 0.3  # for so long path time runs on without a position (`streamer`)
+_HEIGHT_DOUBTED_M, _HEIGHT_WRONG_M = 5.0, 15.0
+"""A receiver without RTK is some metres off in height; 15 m and more are another datum, or another place."""
+
 _NONE = 8  # MAV_AUTOPILOT_INVALID
 
 
@@ -161,6 +172,19 @@ def position_rate(interval_s: float) -> list[Finding]:
         return []
     words = f"its position comes every {interval_s:.2f} s, less often than every {_SELDOM_S:g} s"
     return [("error", f"{words}; raise LOCAL_POSITION_NED on this link, or take a faster link")]
+
+
+def height_of_home(is_m: float, planned_m: float) -> list[Finding]:
+    """That it stands higher or lower than the mission says, both above the building's ground: so the building would be missed."""
+    off_m = is_m - planned_m
+    if not abs(off_m) > _HEIGHT_DOUBTED_M:
+        return []
+    high, low = ("above", "low") if off_m > 0.0 else ("below", "high")
+    words = (
+        f"it says that it stands {abs(off_m):.0f} m {high} where the mission has its home (home_height_m = {planned_m:g}): if "
+        f"that is not so, all is flown {abs(off_m):.0f} m too {low}; mend ground_amsl_m or home_height_m, or its height above the sea"
+    )
+    return [("error" if abs(off_m) > _HEIGHT_WRONG_M else "warning", words)]
 
 
 def other_copters(flown: tuple[int, int] | None, others: Iterable[Heartbeat]) -> list[Finding]:

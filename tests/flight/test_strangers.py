@@ -426,8 +426,9 @@ def test_one_that_would_fly_a_mission_of_its_own_after_take_off_stays_on_the_gro
 
 
 def test_that_is_set_for_a_flight_that_sets_failsafes_and_put_back():
-    px4, session = FliesOnAfterTakeOff(VEHICLE_ORIGIN, HOME), make_session(
-        SessionConfig(set_failsafes=True, safe_height_enu_m=40.0)
+    px4, session = (
+        FliesOnAfterTakeOff(VEHICLE_ORIGIN, HOME),
+        make_session(SessionConfig(set_failsafes=True, safe_height_enu_m=40.0)),
     )
     fly(session, px4)
     assert session.outcome.ok
@@ -463,3 +464,49 @@ def test_a_patience_shorter_than_a_links_hiccup_is_said(px4):
         for text in words(session)
         if text.startswith("COM_OF_LOSS_T = 0.1 s: a setpoint that is so late")
     ]
+
+
+class SpeaksVersion1(FakePx4):
+    """In MAVLink 1 only; what is said to it in MAVLink 2 it may not understand."""
+
+    deaf = False
+
+    def _send(self, message):
+        self._out.append(message.pack(self._mav, force_mavlink1=True))
+        self._mav.seq = (self._mav.seq + 1) % 256
+
+    def step(self, now_us, frames):
+        return super().step(now_us, [] if self.deaf else frames)
+
+
+def test_one_that_speaks_mavlink_1_is_flown():
+    px4, session = SpeaksVersion1(VEHICLE_ORIGIN, HOME), make_session()
+    fly(session, px4)
+    assert session.outcome.ok and not [text for text in words(session) if "could not be read" not in text]
+
+
+def test_one_that_answers_nothing_is_said_so_before_it_is_asked_to_arm():
+    px4, session = SpeaksVersion1(VEHICLE_ORIGIN, HOME), make_session()
+    px4.deaf = True
+    end_us = fly(session, px4)
+    assert session.outcome.state is State.CHECK and session.outcome.exit_code == 3
+    assert "answers nothing that it is asked" in session.outcome.reason
+    assert end_us < 35e6
+
+
+@pytest.mark.parametrize(
+    ("home_m", "severity"), [(27.0, "error"), (-33.0, "error"), (-9.0, "warning"), (-3.5, None)]
+)
+def test_a_home_at_another_height_than_the_mission_has_it_is_told(px4, home_m, severity):
+    """It stands 3 m below the plan's ground, and says so: by a datum that is not the plan's."""
+    session = make_session(SessionConfig(home_height_enu_m=home_m, dry_run=True))
+    fly(session, px4)
+    if severity == "error":
+        told = [session.outcome.reason]
+    else:
+        told = [text for text in words(session) if "where the mission has its home" in text]
+    assert len(told) == (severity is not None)
+    if severity:
+        off_m = -3.0 - home_m
+        assert f"flown {abs(off_m):.0f} m too {'low' if off_m > 0 else 'high'}" in told[0]
+    assert session.outcome.ok is (severity != "error")
