@@ -146,9 +146,7 @@ def checked(s: Situation) -> bool:
             "Fix: a link that carries both ways, and MAVLink 2 on it (MAV_PROTO_VER, SERIALn_PROTOCOL = 2)"
         )
     assert s.reference is not None and s.to_vehicle is not None
-    home_up_m = float(s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)[2])
-    findings = height_of_home(home_up_m, s.config.home_height_enu_m)
-    findings += check_before_arming(
+    findings = check_before_arming(
         s.vehicle,
         s.profile,
         s.reference.extremes(),
@@ -157,6 +155,9 @@ def checked(s: Situation) -> bool:
         sets_failsafes=s.config.set_failsafes,
     )
     findings += position_rate(s.clock.interval_s)
+    if not s.vehicle.flying:
+        home_up_m = float(s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)[2])
+        findings += height_of_home(home_up_m, s.config.home_height_enu_m)
     if s.config.system_id is None:
         findings += other_copters(s.link.vehicle, s.link.others.values())
     for severity, text in findings:
