@@ -45,6 +45,7 @@ __all__ = [
 _PARAMETERS_S = 4.0
 _PAIR_AFTER_S = 3.0
 _HOVER_MPS = 0.5
+_ELSEWHERE_M = 10_000.0
 
 
 def never(_: Situation) -> bool:
@@ -107,11 +108,19 @@ def ask_origin(s: Situation) -> bytes:
 
 
 def routed(s: Situation) -> bool:
-    """True once the trajectory from where it stands is known in its own frame."""
+    """True once the trajectory from where it stands is known in its own frame.
+
+    Raises:
+        LimitError: it stands somewhere else altogether.
+    """
     assert s.vehicle.origin is not None
     s.origin = s.vehicle.origin
     s.to_vehicle = s.frame.to_vehicle(GeoPoint(*s.origin))
     home_enu_m = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
+    if (away_m := float(math.hypot(*home_enu_m[:2]))) > _ELSEWHERE_M:
+        raise LimitError(
+            f"the vehicle says that it is {away_m / 1000:.0f} km away from the building: the wrong mission, or a wrong position"
+        )
     s.trajectory = s.route(home_enu_m)
     east_m, north_m, up_m = s.trajectory.legs[0].path(0.0).tolist()
     s.begins_enu_m = east_m, north_m, up_m

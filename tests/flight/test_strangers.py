@@ -510,3 +510,10 @@ def test_a_home_at_another_height_than_the_mission_has_it_is_told(px4, home_m, s
         off_m = -3.0 - home_m
         assert f"flown {abs(off_m):.0f} m too {'low' if off_m > 0 else 'high'}" in told[0]
     assert session.outcome.ok is (severity != "error")
+
+
+def test_one_that_stands_in_another_country_is_told_so_at_once():
+    px4, session = FakePx4((40.05, -1.93, 900.0), HOME), make_session()
+    fly(session, px4)
+    assert session.outcome.state is State.ORIGIN or session.outcome.state is State.ROUTE
+    assert "km away from the building: the wrong mission, or a wrong position" in session.outcome.reason
