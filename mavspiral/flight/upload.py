@@ -34,7 +34,8 @@ _TELL_US = 3_000_000
 class Upload:
     """Uploads `lists`, which were made for the autopilot `firmware` (None: for any).
 
-    With a `signer` all that goes out is signed, and what it does not accept has not come in.
+    With a `signer` all that goes out is signed, and what it does not accept has not come in. `system_id` says whose it is; else
+    it is the first vehicle's that is heard.
     """
 
     def __init__(
@@ -44,10 +45,12 @@ class Upload:
         *,
         tap: Callable[[int, bytes], None] | None = None,
         signer: Signer | None = None,
+        system_id: int | None = None,
     ) -> None:
         self.outcome: Outcome | None = None
         self.differences: tuple[str, ...] = ()
-        self._lists, self._firmware = lists, firmware
+        self._lists, self._firmware, self._system_id = lists, firmware, system_id
+        self._others: set[int] = set()
         self._link = Link(tap, signer)
         self._upload: PlanUpload | None = None
         self._heartbeats = Schedule(_HEARTBEAT_US)
@@ -71,7 +74,10 @@ class Upload:
                         and beat.autopilot in AUTOPILOTS
                         and self._upload is None
                     ):
-                        self._upload = self._met(beat)
+                        if self._system_id in (None, beat.system_id):
+                            self._upload = self._met(beat)
+                        else:
+                            self._others.add(beat.system_id)
                 if self._upload is None and now_us - self._begun_us > _NOBODY_US:
                     raise self._nobody()
             elif self.outcome is None:
@@ -102,6 +108,11 @@ class Upload:
             return LinkError(
                 f"no vehicle within 10 s that signs with our key: {self._link.refused_n} frames refused. "
                 "Fix: the vehicle's own key as --signing"
+            )
+        if self._others:
+            there = ", ".join(map(str, sorted(self._others)))
+            return LinkError(
+                f"no system {self._system_id} within 10 s, but {there}. Fix: --system with one of them, or connect to the other"
             )
         return LinkError("no vehicle within 10 s. Fix: start it, or check the address")
 
