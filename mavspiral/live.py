@@ -94,7 +94,7 @@ def fly(
                 set_failsafes=set_failsafes,
                 borrowed=borrowed_in(folder / f"{name}.journal") if folder else {},
                 planned_for=_planned_for(inspection.mission),
-                home_height_enu_m=float(inspection.home_enu_m[2]),
+                home_height_enu_m=inspection.mission.vehicle.home_height_m,
                 system_id=system_id,
                 question=f"arm the vehicle at {url} and fly {name}" if asks else "",
             ),

@@ -36,12 +36,20 @@ __all__ = [
     "SystemStatus",
     "Target",
     "TypeMask",
+    "displaced",
     "raw_of",
 ]
 
 Triple = tuple[float, float, float]
 Setpoint = tuple[float, float, float, float, float, float, float, float, float, float, float]
 """A `Target` in its order on the wire: position, velocity and acceleration (north, east, down), yaw, yaw rate."""
+
+
+def displaced(setpoint: Setpoint, by_ned_m: Triple) -> Setpoint:
+    """The same motion elsewhere."""
+    (north_m, east_m, down_m, *motion), (n, e, d) = setpoint, by_ned_m
+    vn, ve, vd, an, ae, ad, yaw, yaw_rate = motion
+    return north_m + n, east_m + e, down_m + d, vn, ve, vd, an, ae, ad, yaw, yaw_rate
 
 
 class MessageId(IntEnum):

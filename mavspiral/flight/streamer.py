@@ -7,6 +7,7 @@ from bisect import bisect_right
 
 from mavspiral.flight.flight_log import NO_LEG, Recorder
 from mavspiral.flight.follower import Follower
+from mavspiral.flight.messages import displaced
 from mavspiral.flight.schedule import Schedule
 from mavspiral.flight.situation import Situation
 
@@ -53,9 +54,7 @@ class Streamer:
             s.tell("warning", f"no setpoint went out for {gap_s:.2f} s")
         profile, offset_ned_m = s.profile, s.vehicle.offset_ned_m
         if offset_ned_m is not None:
-            north_m, east_m, down_m, *rest = setpoint
-            n, e, d = offset_ned_m
-            setpoint = (north_m + n, east_m + e, down_m + d, *rest)  # type: ignore[assignment]
+            setpoint = displaced(setpoint, offset_ned_m)
         return s.link.setpoint(
             int(vehicle_us / 1000),
             setpoint,
