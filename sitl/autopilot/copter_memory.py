@@ -91,8 +91,8 @@ class CopterState(PilotState):
     low_fence: bool = False
     """Whether the least height is watched: since the flight first was above it."""
     blind: bool = False
-    touching_since_us: int | None = None
     """Whether LAND goes down level, without a position."""
+    touching_since_us: int | None = None
     outputs: tuple[tuple[int, int], ...] = ()
     trail: Trail = field(default_factory=Trail)
     gcs_heard_us: int | None = None
