@@ -18,8 +18,9 @@ from sitl.autopilot.memory import NOTHING, CommanderState
 from sitl.autopilot.modes import MODES, climbs
 from sitl.autopilot.offboard import commands_every_axis, lost_us
 from sitl.autopilot.pilot import Pilot
-from sitl.autopilot.planning import leave_mission, shoot, stand_down_mission, take_plan
+from sitl.autopilot.planning import leave_mission, stand_down_mission, take_plan
 from sitl.autopilot.progress import proceed
+from sitl.autopilot.shooting import shoot, use_payload
 from sitl.clock import FRAME_S
 from sitl.condition import Condition
 from sitl.orders import (
@@ -109,11 +110,7 @@ class Commander(Pilot[CommanderState]):
             case StartMission():
                 return self._start_mission(condition)
             case UsePayload(item):
-                if self._state.payload.is_busy_for(item):
-                    return Verdict.NOT_NOW
-                told = self._state.payload.told(item, self._state.home)
-                self._state.payload = replace(told, paused=False)
-                return Verdict.ACCEPTED
+                return use_payload(self._state, item)
             case SetHome() | TurnTo() | SetOutput() | Pause():
                 return Verdict.DENIED
 

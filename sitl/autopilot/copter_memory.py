@@ -108,7 +108,7 @@ def stand_down(state: CopterState, condition: Condition) -> None:
     state.alarms = Alarms(ground_station=state.alarms.ground_station, battery=state.alarms.battery)
     state.fence, state.low_fence, state.trail = FenceRun(count=state.fence.count), False, Trail()
     state.setpoint, state.speeds = NOTHING, Speeds()
-    state.payload = replace(state.payload, distance_m=0.0, interval_s=0.0, shots_left=0, interest=None)
+    state.payload = state.payload.at_rest()
     notify(state, condition, Severity.INFO, "Disarming motors")
 
 
