@@ -161,8 +161,12 @@ def read_journal(path: Path) -> tuple[JournaledFlight, ...]:
 
 
 def borrowed_in(path: Path) -> dict[str, tuple[float, float]]:
-    """What the flights in the journal at `path` have set and not put back (`Session.borrowed`); nothing without one."""
-    data = path.read_bytes() if path.exists() else b""
+    """What the flights in the journal at `path` have set and not put back (`Session.borrowed`); nothing without one.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    data = _data(path)
     return _borrowed([body for kind, body in _records(data) if kind == b"F"]) or {}
 
 
@@ -189,9 +193,25 @@ def _borrowed(told: list[bytes]) -> dict[str, tuple[float, float]] | None:
 
 
 def whole_n(path: Path) -> int:
-    """How many bytes of the journal at `path` are whole records: there the next one is written."""
-    data = path.read_bytes() if path.exists() else b""
+    """How many bytes of the journal at `path` are whole records: there the next one is written.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    data = _data(path)
     return sum(_HEAD.size + len(body) + _CRC.size for _, body in _records(data))
+
+
+def _data(path: Path) -> bytes:
+    """The journal's bytes; none where there is none."""
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return b""
+    except OSError as error:
+        raise InputError(
+            f"{path}: cannot be read ({error.strerror}). Fix: move it away, or another --out"
+        ) from None
 
 
 def _records(data: bytes) -> Iterator[tuple[bytes, bytes]]:
