@@ -15,13 +15,13 @@ from sitl.autopilot.auto import Auto, begin_auto
 from sitl.autopilot.auto_items import AutoItem, navigates
 from sitl.autopilot.copter_failsafe import LOOK_US, watch
 from sitl.autopilot.copter_fence import watch_fence
-from sitl.autopilot.copter_memory import PLACE_US, PREARM_US, CopterState, knows_place, notify, stand_down
+from sitl.autopilot.copter_memory import PLACE_US, PREARM_US, CopterState, knows_place, stand_down
 from sitl.autopilot.copter_modes import COPTER_MODES
 from sitl.autopilot.copter_orders import carry_out, steer
 from sitl.autopilot.fence import fence_parts
 from sitl.autopilot.glide import start_glide
 from sitl.autopilot.guided import Guided, begin_guided
-from sitl.autopilot.memory import NOTHING
+from sitl.autopilot.memory import NOTHING, notify
 from sitl.autopilot.pilot import Pilot
 from sitl.autopilot.shooting import shoot
 from sitl.autopilot.smart import fly_back
