@@ -61,7 +61,7 @@ class Copter(Pilot[CopterState]):
         return carry_out(self._state, order, condition, self.parameters)
 
     def steer(self, setpoint: Setpoint, condition: Condition) -> None:
-        """Take a target: obeyed in GUIDED only, and in the air. It ends a take-off."""
+        """Take a target: obeyed in GUIDED only, when armed. It ends a take-off."""
         steer(self._state, setpoint, condition, self.parameters)
 
     def hear_ground_station(self, now_us: int) -> None:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from sitl.autopilot.glide import Glide, GlideLimits, step_glide, stopping_point
 from sitl.condition import Condition
+from sitl.rotation import to_yaw
 from sitl.signals import Setpoint
 from sitl.status import Home
 
@@ -187,7 +188,7 @@ def land_here(glide: Glide, home: Home | None, parameters: Mapping[str, float]) 
 
 
 def fly_home(glide: Glide, home: Home | None, parameters: Mapping[str, float]) -> Trip:
-    """Up to RTL_ALT inside RTL_CONE_SLOPE, home, wait there, down.
+    """Up to RTL_ALT inside RTL_CONE_SLOPE, home, wait there with the heading that it was armed with, down.
 
     Source: ArduPilot 4.6, mode_rtl.cpp, compute_return_target. RTL_ALT_FINAL 0 lands.
     """
@@ -206,14 +207,8 @@ def fly_home(glide: Glide, home: Home | None, parameters: Mapping[str, float]) -
     final_m = 0.01 * parameters["RTL_ALT_FINAL"]
     last = Stop(home_m, home_down_m - final_m if final_m > 0.0 else math.inf)
     wait_s = 1e-3 * parameters["RTL_LOIT_TIME"]
-    stops = (Stop(place_m, high_m), Stop(home_m, high_m, _yaw_home(home), wait_s), last)
+    stops = (Stop(place_m, high_m), Stop(home_m, high_m, to_yaw(home.q_ned_frd), wait_s), last)
     return Trip(stops, glide, _ground_m(home))
-
-
-def _yaw_home(home: Home) -> float:
-    """As when it was armed."""
-    w, x, y, z = home.q_ned_frd.tolist()
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def _ground_m(home: Home | None) -> float:
