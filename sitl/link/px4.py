@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from pymavlink.dialects.v20 import common
 
-from sitl.link.camera import Camera, CameraState
+from sitl.link.camera import CAMERA_COMPONENT, Camera, CameraState
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import answered, command_of
 from sitl.link.events import REQUEST_EVENT, no_event
@@ -46,7 +46,6 @@ _TIMESYNC = message_type("TIMESYNC")
 _QUARTER_E7 = 900_000_000
 """90 degrees as MAVLink has them."""
 _OURS, _ANY = common.MAV_COMP_ID_AUTOPILOT1, common.MAV_COMP_ID_ALL
-_CAMERA = common.MAV_COMP_ID_CAMERA
 _CAMERA_COMMANDS = (common.MAV_CMD_IMAGE_START_CAPTURE, common.MAV_CMD_IMAGE_STOP_CAPTURE)
 
 
@@ -100,7 +99,11 @@ class Px4Link:
                 out += self._camera.receive(received, helm)
             handle = _HANDLERS.get(type(received.message))
             for answer in () if handle is None else handle(self, received, helm):
-                sender = (self._codec.system, _CAMERA) if self._addresses_camera(received.message) else None
+                sender = (
+                    (self._codec.system, CAMERA_COMPONENT)
+                    if self._addresses_camera(received.message)
+                    else None
+                )
                 out += self._codec.encode(answer, sender)
         return out
 
@@ -179,7 +182,7 @@ class Px4Link:
             self._camera is None
             and isinstance(message, _COMMAND_LONG)
             and message.command in _CAMERA_COMMANDS
-            and (message.target_system, message.target_component) == (self._codec.system, _CAMERA)
+            and (message.target_system, message.target_component) == (self._codec.system, CAMERA_COMPONENT)
         )
 
     def _on_heartbeat(self, received: Received, helm: Helm) -> list[Message]:

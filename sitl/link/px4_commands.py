@@ -9,21 +9,16 @@ from dataclasses import dataclass
 from pymavlink.dialects.v20 import common
 
 from sitl.link.codec import Received
-from sitl.link.commands import ORDERS, Command, answered, whole_number
+from sitl.link.commands import ORDERS, RESULTS, Command, answered, whole_number
 from sitl.link.failures import begun_by, ended_by
 from sitl.link.gimbal import claimed
 from sitl.link.helm import Helm
 from sitl.link.messages import Message
 from sitl.link.px4_status import MODE_OF_CODE, MODES_NOT_FLOWN
-from sitl.orders import SwitchMode, Verdict, WishMode
+from sitl.orders import SwitchMode, WishMode
 
 __all__ = ["CommandService", "switch_mode"]
 
-_RESULTS = {
-    Verdict.ACCEPTED: common.MAV_RESULT_ACCEPTED,
-    Verdict.NOT_NOW: common.MAV_RESULT_TEMPORARILY_REJECTED,
-    Verdict.DENIED: common.MAV_RESULT_DENIED,
-}
 _CUSTOM_MODE = 1
 """MAV_MODE_FLAG_CUSTOM_MODE_ENABLED."""
 
@@ -48,7 +43,7 @@ class CommandService:
         if command.number == common.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE:
             command = claimed(command, received)
         order = order_of(command, helm.report().flight)
-        result = common.MAV_RESULT_DENIED if order is None else _RESULTS[helm.obey(order)]
+        result = common.MAV_RESULT_DENIED if order is None else RESULTS[helm.obey(order)]
         return [answered(command.number, result, received)]
 
     def take_verdicts(self) -> tuple[Message, ...]:
@@ -83,9 +78,9 @@ def switch_mode(base_mode: int, code: tuple[int, int], helm: Helm) -> int:
     """The result of asking for a mode. One that is not known does nothing, and yet PX4 says yes."""
     mode = MODE_OF_CODE.get(code) if base_mode & _CUSTOM_MODE else None
     if mode is not None:
-        return int(_RESULTS[helm.obey(SwitchMode(mode))])
+        return int(RESULTS[helm.obey(SwitchMode(mode))])
     name = MODES_NOT_FLOWN.get(code) if base_mode & _CUSTOM_MODE else None
-    return int(common.MAV_RESULT_ACCEPTED if name is None else _RESULTS[helm.obey(WishMode(name))])
+    return int(common.MAV_RESULT_ACCEPTED if name is None else RESULTS[helm.obey(WishMode(name))])
 
 
 def _byte(value: float) -> int:
