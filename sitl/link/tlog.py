@@ -16,7 +16,8 @@ _STAMP, _LONGEST = 8, 280
 class TlogWriter:
     """Writes frames to an unbuffered file, so that it can be read while the vehicle lives.
 
-    Simulated time is logged, so that equal flights give equal files. A file that cannot be written any more (a full disk) is given up: `fault` says why, and the flight goes on.
+    Simulated time is logged, so that equal flights give equal files. A file that cannot be written any more (a full disk)
+    is given up: `fault` says why, and the flight goes on.
     """
 
     def __init__(self, file: BinaryIO) -> None:
