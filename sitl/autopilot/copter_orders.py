@@ -272,5 +272,5 @@ def _turn(state: CopterState, turn: TurnTo) -> Verdict:
                 state.going, heading_rad=yaw, heading_rate_radps=turn.rate_radps or math.nan
             )
         case _:
-            return Verdict.NOT_NOW
+            pass  # ArduPilot says yes in any mode
     return Verdict.ACCEPTED

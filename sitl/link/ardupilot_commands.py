@@ -47,9 +47,9 @@ def _change_speed(command: Command, _: FlightStatus) -> Order | None:
 
 def _turn(command: Command, _: FlightStatus) -> Order | None:
     angle, rate, sign, relative = command[1:5]
-    if not math.isfinite(angle):
+    if not (0.0 <= angle <= 360.0 and relative in (0.0, 1.0)):
         return None
-    way = -1 if sign < 0.0 else 1
+    way = -1 if sign < 0.0 else 1 if sign > 0.0 else 0
     return TurnTo(math.radians(angle), math.radians(rate) if rate > 0.0 else 0.0, way, relative == 1.0)
 
 
