@@ -117,6 +117,7 @@ class Copter(Pilot[CopterState]):
             mission_ok=navigates(state.plans.mission),
             knows_place=knows_place(condition),
             outputs=state.outputs,
+            goal_ned_m=None if state.going is None else state.going.goal_ned_m,
             fence=FenceStatus(
                 fence_parts(state, self.parameters),
                 state.fence.breached,

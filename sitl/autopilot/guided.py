@@ -86,6 +86,13 @@ class Guided(NamedTuple):
         """What the cascade shall follow now."""
         return self.glide.setpoint() if self.trip is None else self.trip.setpoint
 
+    @property
+    def goal_ned_m(self) -> Triple | None:
+        """The place that it was told to go to; None for a take-off and for what moves."""
+        if self.trip is not None or self.aim is not _Aim.POSITION:
+            return None
+        return self.goal.position_m.real, self.goal.position_m.imag, self.goal.down_m
+
     def lifted(self, down_m: float) -> Guided:
         """A take-off to that height, from here."""
         return self._replace(trip=climb(self.glide, down_m))

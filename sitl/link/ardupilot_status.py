@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from pymavlink.dialects.v20 import ardupilotmega, common
 
+from sitl.geo import geodetic_of_ned
 from sitl.link.instruments import INSTRUMENTS
 from sitl.link.messages import Message, MessageType, layout_of, message_type
 from sitl.link.mode_list import ListedMode
@@ -30,6 +31,9 @@ _NAV_CONTROLLER_OUTPUT = message_type("NAV_CONTROLLER_OUTPUT")
 _FENCE_STATUS = message_type("FENCE_STATUS")
 _CURRENT_MODE = message_type("CURRENT_MODE")
 _SERVO_OUTPUT_RAW = message_type("SERVO_OUTPUT_RAW")
+_POSITION_TARGET_GLOBAL_INT = message_type("POSITION_TARGET_GLOBAL_INT")
+_VFR_HUD = message_type("VFR_HUD")
+_VIBRATION = message_type("VIBRATION")
 
 
 def _own(name: str) -> MessageType:
@@ -71,6 +75,8 @@ _EKF_READY, _EKF_WAITING = 831, 421
 _I16, _I32, _U16 = (-(2**15), 2**15 - 1), (-(2**31), 2**31 - 1), (0, 2**16 - 1)
 _STICK_MIDDLE, _STICK_LOW, _CHANNELS = 1500, 1000, 18
 _UNKNOWN_RSSI = 255
+_PLACE_ALONE = 0xFFF8
+"""Type mask: nothing but the place counts."""
 _GEOFENCE = common.MAV_SYS_STATUS_GEOFENCE
 _BREACHES = {
     1: common.FENCE_BREACH_MAXALT,
@@ -196,7 +202,8 @@ def _nav_controller_output(report: Report) -> Message:
     roll, pitch, _ = euler_rad(report.instruments.attitude_wanted)
     here, flight = report.estimate.position_ned_m.tolist(), report.flight
     north_m, east_m, down_m = (
-        goal - own for goal, own in zip(flight.setpoint.position_ned_m, here, strict=True)
+        goal - own
+        for goal, own in zip(flight.goal_ned_m or flight.setpoint.position_ned_m, here, strict=True)
     )
     if not (flight.armed and math.isfinite(north_m + east_m + down_m)):
         north_m = east_m = down_m = 0.0
@@ -210,6 +217,41 @@ def _nav_controller_output(report: Report) -> Message:
         nav_bearing=bearing,
         target_bearing=bearing,
         wp_dist=whole(math.hypot(north_m, east_m), _U16),
+    )
+
+
+def _position_target_global_int(report: Report) -> Message | None:
+    """Where it flies to; nothing while that is no place."""
+    origin, goal_ned_m = report.origin, report.flight.goal_ned_m
+    if origin is None or goal_ned_m is None or not report.flight.armed:
+        return None
+    anchor = origin.lat_deg, origin.lon_deg, origin.alt_amsl_m
+    lat_deg, lon_deg, alt_m = geodetic_of_ned(anchor, goal_ned_m)
+    return _POSITION_TARGET_GLOBAL_INT(
+        time_boot_ms=report.time_ms,
+        lat_int=whole(lat_deg * 1e7, _I32),
+        lon_int=whole(lon_deg * 1e7, _I32),
+        alt=alt_m,
+        vx=0.0, vy=0.0, vz=0.0, afx=0.0, afy=0.0, afz=0.0, yaw=0.0, yaw_rate=0.0,
+        type_mask=_PLACE_ALONE,
+        coordinate_frame=common.MAV_FRAME_GLOBAL,
+    )  # fmt: skip
+
+
+def _vfr_hud(report: Report) -> Message | None:
+    """Without an airspeed sensor ArduPilot takes the air for still."""
+    told = INSTRUMENTS[_VFR_HUD](report)
+    assert told is not None
+    speed_mps = math.hypot(*report.estimate.velocity_ned_mps.tolist())
+    hud: Message = told._replace(airspeed=speed_mps, alt=told.alt if math.isfinite(told.alt) else 0.0)
+    return hud
+
+
+def _vibration(report: Report) -> Message:
+    """m/s² on each axis: what the accelerometer's metric, which knows no axes, comes to on one."""
+    axis_mps2 = report.instruments.vibration[2] / math.sqrt(3.0)
+    return _VIBRATION(
+        report.time_us, axis_mps2, axis_mps2, axis_mps2, clipping_0=0, clipping_1=0, clipping_2=0
     )
 
 
@@ -237,7 +279,7 @@ def camera_feedback(shot: Shot) -> Message:
 
 _SHARED_NAMES = (
     *("ATTITUDE", "ATTITUDE_QUATERNION", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "HOME_POSITION"),
-    *("GPS_GLOBAL_ORIGIN", "POSITION_TARGET_LOCAL_NED", "SCALED_PRESSURE", "GPS_RAW_INT", "VFR_HUD"),
+    *("GPS_GLOBAL_ORIGIN", "POSITION_TARGET_LOCAL_NED", "SCALED_PRESSURE", "GPS_RAW_INT"),
     *("BATTERY_STATUS", "SERVO_OUTPUT_RAW", "SYSTEM_TIME", "EXTENDED_SYS_STATE", "ATTITUDE_TARGET"),
 )
 _SHARED = tuple(map(message_type, _SHARED_NAMES))
@@ -255,5 +297,8 @@ COPTER_STATUS: Mapping[MessageType, Builder] = {
     _FENCE_STATUS: _fence_status,
     _CURRENT_MODE: _current_mode,
     _SERVO_OUTPUT_RAW: _servo_output_raw,
+    _POSITION_TARGET_GLOBAL_INT: _position_target_global_int,
+    _VFR_HUD: _vfr_hud,
+    _VIBRATION: _vibration,
 }
 """All that can be told."""

@@ -379,7 +379,7 @@ def test_condition_yaw_turns_the_nose_until_the_next_waypoint_unless_yaw_is_neve
         waypoint(0.0, 80.0),
         parameters=((b"WP_YAW_BEHAVIOR", behaviour),),
     )
-    first, second = np.abs(rows[:, 3] - 30.0) < 5.0, np.abs(rows[:, 3] - 77.0) < 2.0
+    first, second = np.abs(rows[:, 3] - 30.0) < 5.0, np.abs(rows[:, 3] - 79.0) < 1.0
     assert rows[first, 5] % 360.0 == pytest.approx(200.0, abs=6.0)
     assert rows[second, 5] % 360.0 == pytest.approx(200.0 if kept else 90.0, abs=8.0)
 
