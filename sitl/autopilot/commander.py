@@ -20,6 +20,7 @@ from sitl.autopilot.offboard import commands_every_axis, lost_us
 from sitl.autopilot.pilot import Pilot
 from sitl.autopilot.planning import leave_mission, shoot, stand_down_mission, take_plan
 from sitl.autopilot.progress import proceed
+from sitl.autopilot.upset import ends_flight, leaning_axis, watch_attitude
 from sitl.clock import FRAME_S
 from sitl.condition import Condition
 from sitl.orders import (
@@ -160,6 +161,9 @@ class Commander(Pilot[CommanderState]):
             self.holds_until_us = 0 if self._is_expectant() else next_look_us
             return _DISARMED
         if now_us % _LOOK_US == 0:
+            self._watch_attitude(condition)
+            if not state.armed:
+                return _DISARMED
             self._remark(condition, watch_charge(state, condition, self.parameters))
         lost_us = self._lost_us()
         streamed = state.mode is not Mode.OFFBOARD or now_us <= lost_us
@@ -185,8 +189,9 @@ class Commander(Pilot[CommanderState]):
             armed=state.armed,
             mode=state.conduct,
             landed=Landed.ON_GROUND if condition.on_ground else aloft,
-            ready=is_ready(condition),
-            failsafe=state.failsafe is not None,
+            ready=is_ready(condition)
+            and not (state.upset if state.armed else leaning_axis(condition, self.parameters)),
+            failsafe=state.failsafe is not None or state.upset,
             home=state.home,
             setpoint=state.setpoint,
             plans=state.plans,
@@ -201,6 +206,10 @@ class Commander(Pilot[CommanderState]):
         if state.armed:
             return Verdict.ACCEPTED
         if not force:
+            axis = leaning_axis(condition, self.parameters)
+            if axis:
+                self._notify(condition, Severity.CRITICAL, f"Preflight Fail: Attitude failure ({axis})")
+                return Verdict.NOT_NOW
             streamed = condition.time_us <= self._lost_us()
             reason = why_not_arm(condition, state.mode, streamed=streamed, mission_ok=state.mission_ok)
             if reason is not None:
@@ -226,7 +235,7 @@ class Commander(Pilot[CommanderState]):
     def _stand_down(self, condition: Condition, text: str) -> None:
         state = self._state
         state.armed, state.failsafe, state.for_charge, state.steering = False, None, None, None
-        state.course = None
+        state.course, state.leaning_since_us, state.upset = None, None, False
         state.setpoint = NOTHING
         stand_down_mission(state)
         state.mode = MODES[state.mode].after_disarm or state.mode
@@ -291,6 +300,15 @@ class Commander(Pilot[CommanderState]):
         if heard_us is not None and condition.time_us - heard_us > 1e6 * limit_s:
             self._state.ground_heard_us = None
             self._notify(condition, Severity.INFO, "Connection to ground station lost")
+
+    def _watch_attitude(self, condition: Condition) -> None:
+        """Tell of a vehicle that has tipped over, and stop it where PX4 does."""
+        text = watch_attitude(self._state, condition, self.parameters)
+        if text:
+            self._notify(condition, Severity.CRITICAL, text)
+            self._notify(condition, Severity.CRITICAL, "Failsafe activated")
+        if ends_flight(self._state, condition, self.parameters):
+            self._stand_down(condition, "Disarmed by failsafe")
 
     def _watch_ground(self, condition: Condition) -> None:
         """Disarm who does not take off, and who has landed."""

@@ -100,7 +100,7 @@ class Copter(Pilot[CopterState]):
     def status(self, condition: Condition) -> FlightStatus:
         """What the commander says of itself."""
         state, aloft = self._state, Landed.IN_AIR
-        if isinstance(state.going, Guided) and state.going.trip is not None:
+        if isinstance(state.going, Guided) and state.going.trip is not None and not state.going.climbed:
             aloft = Landed.TAKING_OFF
         elif COPTER_MODES[state.mode].lands or (isinstance(state.going, Auto) and state.going.comes_down):
             aloft = Landed.LANDING

@@ -59,7 +59,7 @@ def carry_out(
     """Carry out the order, or not."""
     match order:
         case Arm(force):
-            return _arm(state, condition, force=force)
+            return _arm(state, condition, parameters, force=force)
         case Disarm(force):
             return _disarm(state, condition, force=force)
         case TakeOff(alt_amsl_m):
@@ -118,7 +118,15 @@ def _fenced_off(
     return any(metres >= 0.0 for metres in beyond_m.values())
 
 
-def _arm(state: CopterState, condition: Condition, *, force: bool) -> Verdict:
+def _leans(condition: Condition, parameters: Mapping[str, float]) -> bool:
+    """Further than ANGLE_MAX, which is in hundredths of a degree."""
+    _, x, y, _ = condition.estimate.q_ned_frd.tolist()
+    return bool(1.0 - 2.0 * (x * x + y * y) < math.cos(math.radians(0.01 * parameters["ANGLE_MAX"])))
+
+
+def _arm(
+    state: CopterState, condition: Condition, parameters: Mapping[str, float], *, force: bool
+) -> Verdict:
     if state.armed:
         return Verdict.ACCEPTED
     row = COPTER_MODES[state.mode]
@@ -127,6 +135,8 @@ def _arm(state: CopterState, condition: Condition, *, force: bool) -> Verdict:
     lost = not is_ready(condition) or (row.needs_place and not knows_place(condition))
     if lost and not force:
         return refuse(state, condition, "Arm: Need Position Estimate")
+    if not force and _leans(condition, parameters):
+        return refuse(state, condition, "Arm: Leaning")
     state.armed, state.armed_at_us = True, condition.time_us
     state.flown, state.standing_since_us = False, None
     state.going, state.auto_armed = None, False

@@ -67,7 +67,7 @@ class _Aim(Enum):
 
 
 class Guided(NamedTuple):
-    """What GUIDED does. `trip` is a take-off; `goal` is the target as it was told, moved on since `told_us`.
+    """What GUIDED does. `trip` is a take-off, `climbed` once it has come to its height; `goal` is the target as it was told, moved on since `told_us`.
 
     `along` turns the nose along the way; `to_turn_rad` is what is left of a CONDITION_YAW, at `pace_radps` (0: ATC_SLEW_YAW).
     """
@@ -80,6 +80,7 @@ class Guided(NamedTuple):
     trip: Trip | None = None
     to_turn_rad: float = 0.0
     pace_radps: float = 0.0
+    climbed: bool = False
 
     @property
     def setpoint(self) -> Setpoint:
@@ -95,7 +96,7 @@ class Guided(NamedTuple):
 
     def lifted(self, down_m: float) -> Guided:
         """A take-off to that height, from here."""
-        return self._replace(trip=climb(self.glide, down_m))
+        return self._replace(trip=climb(self.glide, down_m), climbed=False)
 
     def turned(self, turn: TurnTo) -> Guided:
         """With CONDITION_YAW's heading, also in a take-off. An absolute one is come to clockwise or not as it says."""
@@ -162,7 +163,13 @@ class Guided(NamedTuple):
             yaw, rate = _nose(yaw_goal, 0.0, *self.glide[6:], turning, dt_s)
             glide = trip.glide._replace(yaw_ned_rad=yaw, yaw_rate_ned_radps=rate)
             goal = self.goal._replace(yaw_ned_rad=yaw_goal)
-            return self._replace(trip=trip._replace(glide=glide), glide=glide, goal=goal, to_turn_rad=left)
+            return self._replace(
+                trip=trip._replace(glide=glide),
+                glide=glide,
+                goal=goal,
+                to_turn_rad=left,
+                climbed=self.climbed or trip.is_over(condition, parameters),
+            )
         return self.moved(condition.time_us, dt_s, parameters, speeds)
 
     def moved(self, now_us: int, dt_s: float, parameters: Mapping[str, float], speeds: Speeds) -> Guided:

@@ -46,6 +46,9 @@ class CommanderState(PilotState):
     mode: Mode = Mode.HOLD
     failsafe: Mode | None = None
     """What is done instead of `mode`: setpoints are missing, or the position, or charge."""
+    leaning_since_us: int | None = None
+    upset: bool = False
+    """Whether it leans further than PX4's failure detector allows, armed."""
     charge: Charge = Charge.FINE
     for_charge: Mode | None = None
     """What the battery's last warning asks for, from `for_charge_at_us` on; Hold before."""
