@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from sitl.autopilot.arming import home_in, home_of, idle_limit_us, is_ready, why_not_arm
 from sitl.autopilot.charge import charge_of
-from sitl.autopilot.errands import change_speed, circle, orbit_run, reposition
+from sitl.autopilot.errands import change_speed, circle, orbit_run, reposition, set_home
 from sitl.autopilot.failsafe import change_conduct, descent, watch_charge
 from sitl.autopilot.memory import NOTHING, CommanderState
 from sitl.autopilot.modes import MODES, climbs
@@ -115,7 +115,9 @@ class Commander(Pilot[CommanderState]):
                 told = self._state.payload.told(item, self._state.home)
                 self._state.payload = replace(told, paused=False)
                 return Verdict.ACCEPTED
-            case SetHome() | TurnTo() | SetOutput() | Pause():
+            case SetHome(point):
+                return set_home(self._state, point, condition)
+            case TurnTo() | SetOutput() | Pause():
                 return Verdict.DENIED
 
     def steer(self, setpoint: Setpoint, condition: Condition) -> None:
@@ -219,7 +221,8 @@ class Commander(Pilot[CommanderState]):
         state.flown, state.standing_since_us, state.failsafe = False, None, None
         state.charge, state.for_charge = charge_of(condition.charge_left, self.parameters), None
         state.course = None
-        state.home = home_of(condition) or state.home
+        if not state.home_locked:
+            state.home = home_of(condition) or state.home
         self._notify(condition, Severity.INFO, "Armed by external command")
         return Verdict.ACCEPTED
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from sitl.autopilot.arming import home_of, is_ready
+from sitl.autopilot.arming import home_at, home_of, is_ready
 from sitl.autopilot.auto import Auto, changed
 from sitl.autopilot.auto_items import navigates, takes_off_first
 from sitl.autopilot.copter_memory import (
@@ -45,8 +45,8 @@ from sitl.orders import (
     WishMode,
 )
 from sitl.plans import MissionRun, PlanKind
-from sitl.signals import GeoPoint, Setpoint, vector
-from sitl.status import Home, Severity
+from sitl.signals import GeoPoint, Setpoint
+from sitl.status import Severity
 
 __all__ = ["carry_out", "steer", "switch"]
 
@@ -242,16 +242,10 @@ def _go_to(state: CopterState, seq: int, condition: Condition) -> Verdict:
 
 def _set_home(state: CopterState, point: GeoPoint | None, condition: Condition) -> Verdict:
     """Home moves; the local frame does not."""
-    here = home_of(condition)
-    if here is None or not knows_place(condition):
+    home = home_at(point, condition)
+    if home is None or not knows_place(condition):
         return Verdict.NOT_NOW
-    if point is not None:
-        assert condition.origin is not None
-        origin = condition.origin
-        anchor = origin.lat_deg, origin.lon_deg, origin.alt_amsl_m
-        ned_m = ned_of_geodetic(anchor, (point.lat_deg, point.lon_deg, point.alt_amsl_m))
-        here = Home(point, vector(ned_m), here.q_ned_frd)
-    state.home, state.home_locked = here, True
+    state.home, state.home_locked = home, True
     return Verdict.ACCEPTED
 
 

@@ -32,6 +32,8 @@ class PilotState:
     standing_since_us: int | None = None
     setpoint: Setpoint = NOTHING
     home: Home | None = None
+    home_locked: bool = False
+    """Whether it was set by hand: arming does not move it then."""
     plans: Plans = field(default_factory=Plans)
     run: MissionRun = field(default_factory=MissionRun)
     payload: Payload = field(default_factory=Payload)

@@ -103,6 +103,7 @@ _PAYLOAD = (
 )
 COPTER_ORDERS: Mapping[int, Callable[[Command, FlightStatus], Order | None]] = {
     common.MAV_CMD_COMPONENT_ARM_DISARM: ORDERS[common.MAV_CMD_COMPONENT_ARM_DISARM],
+    common.MAV_CMD_DO_FLIGHTTERMINATION: ORDERS[common.MAV_CMD_DO_FLIGHTTERMINATION],
     common.MAV_CMD_NAV_TAKEOFF: _take_off,
     common.MAV_CMD_NAV_LAND: _switch_to(Mode.LAND),
     common.MAV_CMD_NAV_RETURN_TO_LAUNCH: _switch_to(Mode.RTL),
