@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pymavlink.dialects.v20 import ardupilotmega, common
 
 from sitl.geo import geodetic_of_ned
-from sitl.link.instruments import INSTRUMENTS
+from sitl.link.instruments import INSTRUMENTS, inertial_thousandths
 from sitl.link.messages import Message, MessageType, layout_of, message_type
 from sitl.link.mode_list import ListedMode
 from sitl.link.px4_status import STATUS
@@ -178,11 +178,7 @@ def _ekf_status(report: Report) -> Message:
 
 def _raw_imu(report: Report) -> Message:
     """Thousandths of g, of rad/s and of gauss."""
-    imu, mag = report.instruments.imu, report.instruments.mag
-    force = (whole(value / 9.80665 * 1e3, _I16) for value in imu.specific_force_frd_mps2.tolist())
-    rate = (whole(value * 1e3, _I16) for value in imu.rate_frd_radps.tolist())
-    field = (whole(value * 1e3, _I16) for value in mag.field_frd_gauss.tolist())
-    return _RAW_IMU(report.time_us, *force, *rate, *field, 0, 0)
+    return _RAW_IMU(report.time_us, *inertial_thousandths(report), 0, 0)
 
 
 def _ahrs2(report: Report) -> Message:
