@@ -14,6 +14,7 @@ from sitl.autopilot.arming import home_in, home_of, idle_limit_us, is_ready, why
 from sitl.autopilot.charge import charge_of
 from sitl.autopilot.errands import change_speed, circle, orbit_run, reposition, set_home
 from sitl.autopilot.failsafe import change_conduct, descent, watch_charge
+from sitl.autopilot.geofence import TERMINATE, watch_geofence
 from sitl.autopilot.memory import NOTHING, CommanderState
 from sitl.autopilot.modes import MODES, climbs
 from sitl.autopilot.offboard import commands_every_axis, lost_us
@@ -164,6 +165,9 @@ class Commander(Pilot[CommanderState]):
             return _DISARMED
         if now_us % _LOOK_US == 0:
             self._watch_attitude(condition)
+            self._remark(condition, watch_geofence(state, condition, self.parameters))
+            if state.outside and self.parameters["GF_ACTION"] == TERMINATE:
+                self._stand_down(condition, "Disarmed by failsafe")
             if not state.armed:
                 return _DISARMED
             self._remark(condition, watch_charge(state, condition, self.parameters))
@@ -219,7 +223,7 @@ class Commander(Pilot[CommanderState]):
                 return Verdict.NOT_NOW
         state.armed, state.armed_at_us = True, condition.time_us
         state.flown, state.standing_since_us, state.failsafe = False, None, None
-        state.charge, state.for_charge = charge_of(condition.charge_left, self.parameters), None
+        state.charge, state.for_need = charge_of(condition.charge_left, self.parameters), None
         state.course = None
         if not state.home_locked:
             state.home = home_of(condition) or state.home
@@ -237,7 +241,8 @@ class Commander(Pilot[CommanderState]):
 
     def _stand_down(self, condition: Condition, text: str) -> None:
         state = self._state
-        state.armed, state.failsafe, state.for_charge, state.steering = False, None, None, None
+        state.armed, state.failsafe, state.for_need, state.steering = False, None, None, None
+        state.outside = False
         state.course, state.leaning_since_us, state.upset = None, None, False
         state.setpoint = NOTHING
         stand_down_mission(state)
@@ -256,7 +261,7 @@ class Commander(Pilot[CommanderState]):
             leave_mission(state)
         if state.conduct is not mode or mode is Mode.TAKEOFF:
             state.steering = state.course = None
-        state.mode, state.failsafe, state.for_charge, state.speed_mps = mode, None, None, math.nan
+        state.mode, state.failsafe, state.for_need, state.speed_mps = mode, None, None, math.nan
         return Verdict.ACCEPTED
 
     def _refuse_mode(self, name: str, condition: Condition) -> Verdict:
@@ -295,7 +300,7 @@ class Commander(Pilot[CommanderState]):
     def _is_expectant(self) -> bool:
         """Whether something beside setpoints and battery may change within frames."""
         state = self._state
-        waits = state.home is None or state.payload.is_waiting or state.for_charge is not None
+        waits = state.home is None or state.payload.is_waiting or state.for_need is not None
         return waits or self.has_news
 
     def _watch_ground_station(self, condition: Condition) -> None:

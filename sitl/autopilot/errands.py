@@ -39,7 +39,7 @@ def reposition(
     if origin is None or not condition.estimate.position_ok:
         return Verdict.NOT_NOW
     leave_mission(state)
-    state.mode, state.failsafe, state.for_charge = Mode.HOLD, None, None
+    state.mode, state.failsafe, state.for_need = Mode.HOLD, None, None
     if not flies:
         return Verdict.ACCEPTED
     if not order.speed_mps > 0.0:
@@ -66,7 +66,7 @@ def circle(
     glide = briefing_of(state, condition, parameters).glide
     _, stop_down_m = stopping_point(glide, parameters["MPC_ACC_HOR"])
     state.course = begin_orbit(order, before, origin, glide, stop_down_m)
-    state.mode, state.failsafe, state.for_charge, state.steering = Mode.ORBIT, None, None, None
+    state.mode, state.failsafe, state.for_need, state.steering = Mode.ORBIT, None, None, None
     return Verdict.ACCEPTED
 
 

@@ -52,9 +52,11 @@ class CommanderState(PilotState):
     upset: bool = False
     """Whether it leans further than PX4's failure detector allows, armed."""
     charge: Charge = Charge.FINE
-    for_charge: Mode | None = None
-    """What the battery's last warning asks for, from `for_charge_at_us` on; Hold before."""
-    for_charge_at_us: int = 0
+    for_need: Mode | None = None
+    """What the battery's last warning or the geofence asks for, from `for_need_at_us` on; Hold before."""
+    for_need_at_us: int = 0
+    outside: bool = False
+    """Whether it has left its geofence."""
     takeoff_alt_amsl_m: float = math.nan
     speed_mps: float = math.nan
     """What DO_CHANGE_SPEED asked for, until the mode changes; NaN is the usual speed."""

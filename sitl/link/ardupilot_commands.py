@@ -10,6 +10,7 @@ from pymavlink.dialects.v20 import common
 from sitl.link.commands import ORDERS, Command
 from sitl.orders import (
     ChangeSpeed,
+    GoToItem,
     Mode,
     Order,
     Pause,
@@ -85,6 +86,10 @@ def _set_servo(command: Command, _: FlightStatus) -> Order | None:
     return SetOutput(int(command.param1), int(command.param2))
 
 
+def _go_to(command: Command, _: FlightStatus) -> Order | None:
+    return GoToItem(int(command.param1)) if math.isfinite(command.param1) else None
+
+
 def _pause(command: Command, _: FlightStatus) -> Order | None:
     return Pause(command.param1 == 1.0) if command.param1 in (0.0, 1.0) else None
 
@@ -114,6 +119,7 @@ COPTER_ORDERS: Mapping[int, Callable[[Command, FlightStatus], Order | None]] = {
     common.MAV_CMD_DO_SET_HOME: _set_home,
     common.MAV_CMD_DO_SET_SERVO: _set_servo,
     common.MAV_CMD_DO_PAUSE_CONTINUE: _pause,
+    common.MAV_CMD_DO_SET_MISSION_CURRENT: _go_to,
     **{number: ORDERS[number] for number in _PAYLOAD},
 }
 """What each command orders; None: it orders nothing that can be done."""

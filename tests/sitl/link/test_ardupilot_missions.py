@@ -455,3 +455,12 @@ def test_a_pause_in_guided_and_auto_goes_on_with_the_same_item(copter):
     copter.ask(176, 1, AUTO)
     assert copter.flight.run.seq == 3
     copter.until(lambda: copter.flight.run.seq == 4, 40.0)
+
+
+def test_the_mission_goes_on_with_the_item_that_do_set_mission_current_names(copter):
+    copter.live(1.0)
+    assert copter.upload([TAKEOFF, waypoint(20.0, 0.0), waypoint(40.0, 0.0)]) == 0
+    assert copter.ask(224, 2) == 0
+    assert copter.flight.run.seq == 2
+    assert copter.ask(224, 9) == 4 and copter.ask(224, math.nan) == 4
+    assert copter.flight.run.seq == 2
