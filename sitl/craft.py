@@ -65,7 +65,7 @@ def _brain(config: SimulatorConfig, params: Params) -> tuple[ParameterTable, Com
         return table, Commander(table, config.loss_scale)
     from sitl.link.ardupilot_parameters import CopterTable
 
-    table = CopterTable(params, config.instance + 1, config.vehicle.airframe.battery.capacity_ah)
+    table = CopterTable(params, config.vehicle.airframe, config.instance + 1)
     return table, Copter(table)
 
 

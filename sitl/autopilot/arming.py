@@ -12,7 +12,7 @@ from sitl.orders import Mode
 from sitl.signals import GeoPoint, vector
 from sitl.status import Home
 
-__all__ = ["home_in", "home_of", "idle_limit_us", "is_ready", "why_not_arm"]
+__all__ = ["home_at", "home_in", "home_of", "idle_limit_us", "is_ready", "why_not_arm"]
 
 _PREFLIGHT_EXTRA_US = 1_500_000
 """Auto-disarm without take-off was seen 11.5 s after arming, with COM_DISARM_PRFLT = 10 s."""
@@ -52,6 +52,12 @@ def home_of(condition: Condition) -> Home | None:
     anchor = origin.lat_deg, origin.lon_deg, origin.alt_amsl_m
     point = GeoPoint(*geodetic_of_ned(anchor, (north_m, east_m, down_m)))
     return Home(point, estimate.position_ned_m, estimate.q_ned_frd)
+
+
+def home_at(point: GeoPoint | None, condition: Condition) -> Home | None:
+    """Home at that place, or here where none is given; nothing as long as the vehicle's own place is not known."""
+    here = home_of(condition)
+    return here if here is None or point is None else home_in(condition, replace(here, point=point))
 
 
 def home_in(condition: Condition, home: Home | None) -> Home | None:

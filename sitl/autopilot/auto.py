@@ -78,6 +78,14 @@ class Auto:
         return self.glide.setpoint() if self.trip is None else self.trip.setpoint
 
     @property
+    def goal_ned_m(self) -> tuple[float, float, float] | None:
+        """Where the leg under way ends."""
+        if self.trip is not None or self.leg is None:
+            return None if self.trip is None else self.trip.goal_ned_m
+        end = self.leg.motion(self.leg.duration_s)
+        return end.place_m.real, end.place_m.imag, end.down_m
+
+    @property
     def comes_down(self) -> bool:
         """Whether the item under way ends on the ground."""
         return self.trip is not None and self.trip.stops[-1].is_landing

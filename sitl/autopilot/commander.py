@@ -12,11 +12,13 @@ from sitl.autopilot.arming import home_in, home_of, idle_limit_us, is_ready
 from sitl.autopilot.commander_orders import carry_out, may_fly, remark, stand_down
 from sitl.autopilot.errands import orbit_run
 from sitl.autopilot.failsafe import change_conduct, descent, watch_charge
+from sitl.autopilot.geofence import TERMINATE, watch_geofence
 from sitl.autopilot.memory import NOTHING, CommanderState, notify
 from sitl.autopilot.offboard import commands_every_axis, lost_us
 from sitl.autopilot.pilot import Pilot
 from sitl.autopilot.progress import proceed
 from sitl.autopilot.shooting import shoot
+from sitl.autopilot.upset import ends_flight, leaning_axis, watch_attitude
 from sitl.clock import FRAME_S
 from sitl.condition import Condition
 from sitl.orders import Mode, Order, Verdict
@@ -97,6 +99,12 @@ class Commander(Pilot[CommanderState]):
             self.holds_until_us = 0 if self._is_expectant() else next_look_us
             return _DISARMED
         if now_us % _LOOK_US == 0:
+            self._watch_attitude(condition)
+            remark(state, condition, watch_geofence(state, condition, self.parameters))
+            if state.outside and self.parameters["GF_ACTION"] == TERMINATE:
+                stand_down(state, condition, "Disarmed by failsafe")
+            if not state.armed:
+                return _DISARMED
             remark(state, condition, watch_charge(state, condition, self.parameters))
         lost_us = self._lost_us()
         streamed = state.mode is not Mode.OFFBOARD or now_us <= lost_us
@@ -122,8 +130,9 @@ class Commander(Pilot[CommanderState]):
             armed=state.armed,
             mode=state.conduct,
             landed=Landed.ON_GROUND if condition.on_ground else aloft,
-            ready=is_ready(condition),
-            failsafe=state.failsafe is not None,
+            ready=is_ready(condition)
+            and not (state.upset if state.armed else leaning_axis(condition, self.parameters)),
+            failsafe=state.failsafe is not None or state.upset,
             home=state.home,
             setpoint=state.setpoint,
             plans=state.plans,
@@ -148,7 +157,7 @@ class Commander(Pilot[CommanderState]):
     def _is_expectant(self) -> bool:
         """Whether something beside setpoints and battery may change within frames."""
         state = self._state
-        waits = state.home is None or state.payload.is_waiting or state.for_charge is not None
+        waits = state.home is None or state.payload.is_waiting or state.for_need is not None
         return waits or self.has_news
 
     def _watch_ground_station(self, condition: Condition) -> None:
@@ -156,6 +165,16 @@ class Commander(Pilot[CommanderState]):
         if heard_us is not None and condition.time_us - heard_us > 1e6 * limit_s:
             self._state.ground_heard_us = None
             notify(self._state, condition, Severity.INFO, "Connection to ground station lost")
+
+    def _watch_attitude(self, condition: Condition) -> None:
+        """Tell of a vehicle that has tipped over, and stop it where PX4 does."""
+        state = self._state
+        text = watch_attitude(state, condition, self.parameters)
+        if text:
+            notify(state, condition, Severity.CRITICAL, text)
+            notify(state, condition, Severity.CRITICAL, "Failsafe activated")
+        if ends_flight(state, condition, self.parameters):
+            stand_down(state, condition, "Disarmed by failsafe")
 
     def _watch_ground(self, condition: Condition) -> None:
         """Disarm who does not take off, and who has landed."""

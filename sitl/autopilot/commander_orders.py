@@ -8,11 +8,12 @@ from dataclasses import replace
 
 from sitl.autopilot.arming import home_of, why_not_arm
 from sitl.autopilot.charge import charge_of
-from sitl.autopilot.errands import change_speed, circle, reposition
+from sitl.autopilot.errands import change_speed, circle, reposition, set_home
 from sitl.autopilot.memory import NOTHING, CommanderState, notify
 from sitl.autopilot.modes import MODES, climbs
 from sitl.autopilot.planning import leave_mission, stand_down_mission, take_plan
 from sitl.autopilot.shooting import use_payload
+from sitl.autopilot.upset import leaning_axis
 from sitl.condition import Condition
 from sitl.orders import (
     Arm,
@@ -82,7 +83,9 @@ def carry_out(
             return _start_mission(state, condition, parameters, lost_us)
         case UsePayload(item):
             return use_payload(state, item)
-        case SetHome() | TurnTo() | SetOutput() | Pause():
+        case SetHome(point):
+            return set_home(state, point, condition)
+        case TurnTo() | SetOutput() | Pause():
             return Verdict.DENIED
 
 
@@ -97,6 +100,10 @@ def _arm(
     if state.armed:
         return Verdict.ACCEPTED
     if not force:
+        axis = leaning_axis(condition, parameters)
+        if axis:
+            notify(state, condition, Severity.CRITICAL, f"Preflight Fail: Attitude failure ({axis})")
+            return Verdict.NOT_NOW
         streamed = condition.time_us <= lost_us
         reason = why_not_arm(condition, state.mode, streamed=streamed, mission_ok=state.mission_ok)
         if reason is not None:
@@ -104,9 +111,10 @@ def _arm(
             return Verdict.NOT_NOW
     state.armed, state.armed_at_us = True, condition.time_us
     state.flown, state.standing_since_us, state.failsafe = False, None, None
-    state.charge, state.for_charge = charge_of(condition.charge_left, parameters), None
+    state.charge, state.for_need = charge_of(condition.charge_left, parameters), None
     state.course = None
-    state.home = home_of(condition) or state.home
+    if not state.home_locked:
+        state.home = home_of(condition) or state.home
     notify(state, condition, Severity.INFO, "Armed by external command")
     return Verdict.ACCEPTED
 
@@ -123,8 +131,9 @@ def _disarm(state: CommanderState, condition: Condition, *, force: bool) -> Verd
 
 def stand_down(state: CommanderState, condition: Condition, text: str) -> None:
     """Stop the motors, forget what was going on, and say `text`."""
-    state.armed, state.failsafe, state.for_charge, state.steering = False, None, None, None
-    state.course = None
+    state.armed, state.failsafe, state.for_need, state.steering = False, None, None, None
+    state.outside = False
+    state.course, state.leaning_since_us, state.upset = None, None, False
     state.setpoint = NOTHING
     stand_down_mission(state)
     state.mode = MODES[state.mode].after_disarm or state.mode
@@ -142,7 +151,7 @@ def _switch(state: CommanderState, mode: Mode, condition: Condition, lost_us: fl
         leave_mission(state)
     if state.conduct is not mode or mode is Mode.TAKEOFF:
         state.steering = state.course = None
-    state.mode, state.failsafe, state.for_charge, state.speed_mps = mode, None, None, math.nan
+    state.mode, state.failsafe, state.for_need, state.speed_mps = mode, None, None, math.nan
     return Verdict.ACCEPTED
 
 

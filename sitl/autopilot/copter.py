@@ -101,7 +101,7 @@ class Copter(Pilot[CopterState]):
     def status(self, condition: Condition) -> FlightStatus:
         """What the commander says of itself."""
         state, aloft = self._state, Landed.IN_AIR
-        if isinstance(state.going, Guided) and state.going.trip is not None:
+        if isinstance(state.going, Guided) and state.going.trip is not None and not state.going.climbed:
             aloft = Landed.TAKING_OFF
         elif COPTER_MODES[state.mode].lands or (isinstance(state.going, Auto) and state.going.comes_down):
             aloft = Landed.LANDING
@@ -118,6 +118,7 @@ class Copter(Pilot[CopterState]):
             mission_ok=navigates(state.plans.mission),
             knows_place=knows_place(condition),
             outputs=state.outputs,
+            goal_ned_m=None if state.going is None else state.going.goal_ned_m,
             fence=FenceStatus(
                 fence_parts(state, self.parameters),
                 state.fence.breached,

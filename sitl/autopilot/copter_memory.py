@@ -96,8 +96,6 @@ class CopterState(PilotState):
     trail: Trail = field(default_factory=Trail)
     gcs_heard_us: int | None = None
     told_place: bool = False
-    home_locked: bool = False
-    """Whether somebody has said where home is: arming does not move it then."""
     speeds: Speeds = field(default_factory=Speeds)
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from sitl.autopilot.arming import home_of, is_ready
+from sitl.autopilot.arming import home_at, home_of, is_ready
 from sitl.autopilot.auto import Auto, changed
 from sitl.autopilot.auto_items import navigates, takes_off_first
 from sitl.autopilot.copter_memory import (
@@ -45,8 +45,8 @@ from sitl.orders import (
     WishMode,
 )
 from sitl.plans import MissionRun, PlanKind
-from sitl.signals import GeoPoint, Setpoint, vector
-from sitl.status import Home, Severity
+from sitl.signals import GeoPoint, Setpoint
+from sitl.status import Severity
 
 __all__ = ["carry_out", "steer", "switch"]
 
@@ -59,7 +59,7 @@ def carry_out(
     """Carry out the order, or not."""
     match order:
         case Arm(force):
-            return _arm(state, condition, force=force)
+            return _arm(state, condition, parameters, force=force)
         case Disarm(force):
             return _disarm(state, condition, force=force)
         case TakeOff(alt_amsl_m):
@@ -115,7 +115,15 @@ def _fenced_off(
     return any(metres >= 0.0 for metres in beyond_m.values())
 
 
-def _arm(state: CopterState, condition: Condition, *, force: bool) -> Verdict:
+def _leans(condition: Condition, parameters: Mapping[str, float]) -> bool:
+    """Further than ANGLE_MAX, which is in hundredths of a degree."""
+    _, x, y, _ = condition.estimate.q_ned_frd.tolist()
+    return bool(1.0 - 2.0 * (x * x + y * y) < math.cos(math.radians(0.01 * parameters["ANGLE_MAX"])))
+
+
+def _arm(
+    state: CopterState, condition: Condition, parameters: Mapping[str, float], *, force: bool
+) -> Verdict:
     if state.armed:
         return Verdict.ACCEPTED
     row = COPTER_MODES[state.mode]
@@ -124,6 +132,8 @@ def _arm(state: CopterState, condition: Condition, *, force: bool) -> Verdict:
     lost = not is_ready(condition) or (row.needs_place and not knows_place(condition))
     if lost and not force:
         return refuse(state, condition, "Arm: Need Position Estimate")
+    if not force and _leans(condition, parameters):
+        return refuse(state, condition, "Arm: Leaning")
     state.armed, state.armed_at_us = True, condition.time_us
     state.flown, state.standing_since_us = False, None
     state.going, state.auto_armed = None, False
@@ -229,16 +239,10 @@ def _go_to(state: CopterState, seq: int, condition: Condition) -> Verdict:
 
 def _set_home(state: CopterState, point: GeoPoint | None, condition: Condition) -> Verdict:
     """Home moves; the local frame does not."""
-    here = home_of(condition)
-    if here is None or not knows_place(condition):
+    home = home_at(point, condition)
+    if home is None or not knows_place(condition):
         return Verdict.NOT_NOW
-    if point is not None:
-        assert condition.origin is not None
-        origin = condition.origin
-        anchor = origin.lat_deg, origin.lon_deg, origin.alt_amsl_m
-        ned_m = ned_of_geodetic(anchor, (point.lat_deg, point.lon_deg, point.alt_amsl_m))
-        here = Home(point, vector(ned_m), here.q_ned_frd)
-    state.home, state.home_locked = here, True
+    state.home, state.home_locked = home, True
     return Verdict.ACCEPTED
 
 
@@ -269,5 +273,5 @@ def _turn(state: CopterState, turn: TurnTo) -> Verdict:
                 state.going, heading_rad=yaw, heading_rate_radps=turn.rate_radps or math.nan
             )
         case _:
-            return Verdict.NOT_NOW
+            pass  # ArduPilot says yes in any mode
     return Verdict.ACCEPTED

@@ -1,4 +1,4 @@
-"""Orders that send a flying vehicle somewhere: to a place, round a circle, or on at another speed."""
+"""Orders that send a flying vehicle somewhere: to a place, round a circle, on at another speed, or home to another place."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
+from sitl.autopilot.arming import home_at
 from sitl.autopilot.course import Course, begin_course
 from sitl.autopilot.glide import stopping_point
 from sitl.autopilot.memory import CommanderState
@@ -16,9 +17,10 @@ from sitl.autopilot.planning import leave_mission
 from sitl.autopilot.progress import briefing_of
 from sitl.condition import Condition
 from sitl.orders import ChangeSpeed, Mode, Orbit, Reposition, Verdict
+from sitl.signals import GeoPoint
 from sitl.status import OrbitRun
 
-__all__ = ["change_speed", "circle", "orbit_run", "reposition"]
+__all__ = ["change_speed", "circle", "orbit_run", "reposition", "set_home"]
 
 _SPEED_TYPES = (0, 1)
 """MAVLink's SPEED_TYPE: a multicopter of PX4's takes airspeed for ground speed."""
@@ -37,7 +39,7 @@ def reposition(
     if origin is None or not condition.estimate.position_ok:
         return Verdict.NOT_NOW
     leave_mission(state)
-    state.mode, state.failsafe, state.for_charge = Mode.HOLD, None, None
+    state.mode, state.failsafe, state.for_need = Mode.HOLD, None, None
     if not flies:
         return Verdict.ACCEPTED
     if not order.speed_mps > 0.0:
@@ -64,7 +66,7 @@ def circle(
     glide = briefing_of(state, condition, parameters).glide
     _, stop_down_m = stopping_point(glide, parameters["MPC_ACC_HOR"])
     state.course = begin_orbit(order, before, origin, glide, stop_down_m)
-    state.mode, state.failsafe, state.for_charge, state.steering = Mode.ORBIT, None, None, None
+    state.mode, state.failsafe, state.for_need, state.steering = Mode.ORBIT, None, None, None
     return Verdict.ACCEPTED
 
 
@@ -79,6 +81,15 @@ def change_speed(state: CommanderState, order: ChangeSpeed) -> Verdict:
         state.course = replace(course, run=replace(course.run, speed_mps=speed_mps))
     elif isinstance(course, Course) and course.mode is Mode.HOLD:
         state.course = course._replace(route=tuple(replace(w, speed_mps=speed_mps) for w in course.route))
+    return Verdict.ACCEPTED
+
+
+def set_home(state: CommanderState, point: GeoPoint | None, condition: Condition) -> Verdict:
+    """Home is there, or here; arming does not move it any more."""
+    home = home_at(point, condition)
+    if home is None or not condition.knows_position:
+        return Verdict.NOT_NOW
+    state.home, state.home_locked = home, True
     return Verdict.ACCEPTED
 
 

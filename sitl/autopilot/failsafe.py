@@ -21,7 +21,7 @@ from sitl.orders import Mode
 from sitl.signals import Setpoint
 from sitl.status import Severity
 
-__all__ = ["Remark", "change_conduct", "descent", "watch_charge"]
+__all__ = ["Remark", "call_for", "change_conduct", "descent", "watch_charge"]
 
 Remark = tuple[Severity, str]
 _NAN: Final = math.nan
@@ -41,10 +41,16 @@ def watch_charge(
     if action is None or condition.on_ground:
         return told
     delay_s = parameters["COM_FAIL_ACT_T"]
-    state.for_charge, state.for_charge_at_us = action, condition.time_us + round(1e6 * delay_s)
+    state.for_need, state.for_need_at_us = action, condition.time_us + round(1e6 * delay_s)
     if delay_s > 0.0 and state.failsafe is None:
         told.append((Severity.CRITICAL, f"Failsafe activated: entering Hold for {delay_s:.0f} seconds"))
     return told
+
+
+def call_for(state: CommanderState, mode: Mode, now_us: int) -> None:
+    """Ask for that mode at once, unless a graver one is asked for."""
+    if state.for_need is None or _GRAVITY.index(mode) > _GRAVITY.index(state.for_need):
+        state.for_need, state.for_need_at_us = mode, now_us
 
 
 def change_conduct(
@@ -66,14 +72,14 @@ def _gravest(
     sinking = state.failsafe is Mode.LAND
     if (sinking or not condition.on_ground) and not condition.knows_position:
         return Mode.LAND, "Failsafe activated: Autopilot disengaged, switching to Descend"
-    if streamed and state.for_charge is None:
+    if streamed and state.for_need is None:
         return None, ""
     wanted: list[tuple[Mode, str]] = []
     if state.mode is Mode.OFFBOARD and not streamed:
         wanted.append((mode_after_loss(parameters), "Failsafe activated"))
-    if state.for_charge is not None:
-        waits = condition.time_us < state.for_charge_at_us
-        wanted.append((Mode.HOLD, "") if waits else (state.for_charge, "Failsafe activated"))
+    if state.for_need is not None:
+        waits = condition.time_us < state.for_need_at_us
+        wanted.append((Mode.HOLD, "") if waits else (state.for_need, "Failsafe activated"))
     return max(wanted, key=lambda one: _GRAVITY.index(one[0]), default=(None, ""))
 
 

@@ -1,4 +1,4 @@
-"""ArduCopter's fence: how far a place lies beyond each of its parts.
+"""How far a place lies beyond a fence: beyond its uploaded areas, and beyond each part of ArduCopter's.
 
 Source: ArduPilot 4.6, AC_Fence.cpp. Parts are bits of FENCE_TYPE: greatest height, circle round home, uploaded polygons and circles,
 least height.
@@ -14,7 +14,7 @@ from sitl.condition import Condition
 from sitl.geo import ned_of_geodetic
 from sitl.plans import PlanItem
 
-__all__ = ["CIRCLE", "HIGH", "LOW", "POLYGON", "beyond", "fence_parts"]
+__all__ = ["CIRCLE", "HIGH", "LOW", "POLYGON", "areas_beyond_m", "beyond", "fence_parts"]
 
 HIGH, CIRCLE, POLYGON, LOW = 1, 2, 4, 8
 _INSIDE_POLYGON, _OUTSIDE_POLYGON, _INSIDE_CIRCLE, _OUTSIDE_CIRCLE = 5001, 5002, 5003, 5004
@@ -50,27 +50,30 @@ def beyond(
     }
     if parts & POLYGON:
         anchor = origin.lat_deg, origin.lon_deg, origin.alt_amsl_m
-        found[POLYGON] = max(_outside_m(state.plans.fence, anchor, place_m), default=-math.inf)
+        areas = areas_beyond_m(state.plans.fence, anchor, place_m)
+        found[POLYGON] = max((metres for _, metres in areas), default=-math.inf)
     return {part: metres for part, metres in found.items() if parts & part}
 
 
-def _outside_m(
+def areas_beyond_m(
     items: tuple[PlanItem, ...], anchor: tuple[float, float, float], place_m: complex
-) -> Iterator[float]:
-    """How far the place lies on the wrong side of each uploaded area."""
+) -> Iterator[tuple[bool, float]]:
+    """Of each uploaded area, whether it is one to stay in, and how far the place lies on its wrong side."""
     seq = 0
     while seq < len(items):
         item = items[seq]
         if item.command in (_INSIDE_CIRCLE, _OUTSIDE_CIRCLE):
             off_m = abs(place_m - _place_m(item, anchor)) - item.params[0]
-            yield off_m if item.command == _INSIDE_CIRCLE else -off_m
+            stays_in = item.command == _INSIDE_CIRCLE
+            yield stays_in, off_m if stays_in else -off_m
             seq += 1
             continue
         count = max(1, int(item.params[0]))
         if item.command in (_INSIDE_POLYGON, _OUTSIDE_POLYGON):
             corners = [_place_m(corner, anchor) for corner in items[seq : seq + count]]
             inside_m = _inside_m(corners, place_m)
-            yield -inside_m if item.command == _INSIDE_POLYGON else inside_m
+            stays_in = item.command == _INSIDE_POLYGON
+            yield stays_in, -inside_m if stays_in else inside_m
         seq += count
 
 

@@ -22,6 +22,7 @@ from sitl.signals import Setpoint
 
 __all__ = ["Guided", "begin_guided"]
 
+_THERE_RAD = 1e-6
 _ALONG_FROM = 0.05
 """Of the greatest speed: slower than that the nose does not turn along the way."""
 
@@ -66,9 +67,9 @@ class _Aim(Enum):
 
 
 class Guided(NamedTuple):
-    """What GUIDED does. `trip` is a take-off; `goal` is the target as it was told, moved on since `told_us`.
+    """What GUIDED does. `trip` is a take-off, `climbed` once it has come to its height; `goal` is the target as it was told, moved on since `told_us`.
 
-    `yaw_ned_rad` NaN turns the nose along the way; without a rate it is held, `rated` alone turns for ever.
+    `along` turns the nose along the way; `to_turn_rad` is what is left of a CONDITION_YAW, at `pace_radps` (0: ATC_SLEW_YAW).
     """
 
     glide: Glide
@@ -77,21 +78,37 @@ class Guided(NamedTuple):
     told_us: int = 0
     along: bool = False
     trip: Trip | None = None
+    to_turn_rad: float = 0.0
+    pace_radps: float = 0.0
+    climbed: bool = False
 
     @property
     def setpoint(self) -> Setpoint:
         """What the cascade shall follow now."""
         return self.glide.setpoint() if self.trip is None else self.trip.setpoint
 
+    @property
+    def goal_ned_m(self) -> Triple | None:
+        """The place that it was told to go to; None for a take-off and for what moves."""
+        if self.trip is not None or self.aim is not _Aim.POSITION:
+            return None
+        return self.goal.position_m.real, self.goal.position_m.imag, self.goal.down_m
+
     def lifted(self, down_m: float) -> Guided:
         """A take-off to that height, from here."""
-        return self._replace(trip=climb(self.glide, down_m))
+        return self._replace(trip=climb(self.glide, down_m), climbed=False)
 
     def turned(self, turn: TurnTo) -> Guided:
-        """With CONDITION_YAW's heading."""
-        yaw = self.glide.yaw_ned_rad + turn.sign * turn.yaw_rad if turn.relative else turn.yaw_rad
+        """With CONDITION_YAW's heading, also in a take-off. An absolute one is come to clockwise or not as it says."""
+        yaw = self.glide.yaw_ned_rad if self.along else self.goal.yaw_ned_rad
+        if turn.relative:
+            left = turn.yaw_rad if turn.sign >= 0 else -turn.yaw_rad
+        else:
+            left = math.remainder(turn.yaw_rad - yaw, math.tau)
+            if turn.sign * left < -_THERE_RAD:
+                left += turn.sign * math.tau
         goal = self.goal._replace(yaw_ned_rad=yaw, yaw_rate_ned_radps=0.0)
-        return self._replace(along=False, goal=goal)
+        return self._replace(along=False, goal=goal, to_turn_rad=left, pace_radps=turn.rate_radps)
 
     def told(self, setpoint: Setpoint, now_us: int) -> Guided:
         """With a target from outside: it ends a take-off. Groups that do not belong together stop the vehicle."""
@@ -140,8 +157,19 @@ class Guided(NamedTuple):
     ) -> Guided:
         """The target `dt_s` later."""
         if self.trip is not None:
+            turning = _limits_by(speeds, *_limiting(parameters)).yaw
+            yaw_goal, left = self._turn_on(self.goal, turning[2], dt_s)
             trip = self.trip.step(condition, dt_s, parameters, speeds)
-            return self._replace(trip=trip, glide=trip.glide)
+            yaw, rate = _nose(yaw_goal, 0.0, *self.glide[6:], turning, dt_s)
+            glide = trip.glide._replace(yaw_ned_rad=yaw, yaw_rate_ned_radps=rate)
+            goal = self.goal._replace(yaw_ned_rad=yaw_goal)
+            return self._replace(
+                trip=trip._replace(glide=glide),
+                glide=glide,
+                goal=goal,
+                to_turn_rad=left,
+                climbed=self.climbed or trip.is_over(condition, parameters),
+            )
         return self.moved(condition.time_us, dt_s, parameters, speeds)
 
     def moved(self, now_us: int, dt_s: float, parameters: Mapping[str, float], speeds: Speeds) -> Guided:
@@ -152,14 +180,30 @@ class Guided(NamedTuple):
         to_place = self.aim in (_Aim.POSITION, _Aim.MOTION)
         motion, wanted = pursue(self.glide[:6], goal[:6], to_place, level, up, down, dt_s)
         yaw, rate = self.glide[6:]
-        yaw_goal, yaw_rate_goal = goal.yaw_ned_rad + goal.yaw_rate_ned_radps * dt_s, goal.yaw_rate_ned_radps
+        yaw_rate_goal = goal.yaw_rate_ned_radps
+        yaw_goal, left = self._turn_on(goal, turning[2], dt_s)
         goal = Glide(*wanted, yaw_goal, yaw_rate_goal)
         if self.along:
             yaw_goal, yaw_rate_goal = _along(motion, yaw, parameters)
-        error = math.remainder(yaw_goal - yaw, math.tau)
-        rate = shape_yaw(error, yaw_rate_goal, rate, turning, dt_s)
-        glide = Glide(*motion, math.remainder(yaw + rate * dt_s, math.tau), rate)
-        return Guided(glide, goal, self.aim, self.told_us, self.along)
+        glide = Glide(*motion, *_nose(yaw_goal, yaw_rate_goal, yaw, rate, turning, dt_s))
+        return Guided(glide, goal, self.aim, self.told_us, self.along, None, left, self.pace_radps)
+
+    def _turn_on(self, goal: Glide, slew_radps: float, dt_s: float) -> tuple[float, float]:
+        """The heading that is wanted `dt_s` later, and what is left of CONDITION_YAW's turn."""
+        yaw, left = goal.yaw_ned_rad + goal.yaw_rate_ned_radps * dt_s, self.to_turn_rad
+        if not left:
+            return yaw, left
+        most = dt_s * min(self.pace_radps or slew_radps, slew_radps)
+        turn = min(max(left, -most), most)
+        return yaw + turn, left - turn
+
+
+def _nose(
+    yaw_goal: float, rate_goal: float, yaw: float, rate: float, turning: Triple, dt_s: float
+) -> tuple[float, float]:
+    """Heading and yaw rate `dt_s` later, on the way to those that are wanted."""
+    rate = shape_yaw(math.remainder(yaw_goal - yaw, math.tau), rate_goal, rate, turning, dt_s)
+    return math.remainder(yaw + rate * dt_s, math.tau), rate
 
 
 def begin_guided(condition: Condition) -> Guided:

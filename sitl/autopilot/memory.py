@@ -33,6 +33,8 @@ class PilotState:
     standing_since_us: int | None = None
     setpoint: Setpoint = NOTHING
     home: Home | None = None
+    home_locked: bool = False
+    """Whether it was set by hand: arming does not move it then."""
     plans: Plans = field(default_factory=Plans)
     run: MissionRun = field(default_factory=MissionRun)
     payload: Payload = field(default_factory=Payload)
@@ -47,10 +49,15 @@ class CommanderState(PilotState):
     mode: Mode = Mode.HOLD
     failsafe: Mode | None = None
     """What is done instead of `mode`: setpoints are missing, or the position, or charge."""
+    leaning_since_us: int | None = None
+    upset: bool = False
+    """Whether it leans further than PX4's failure detector allows, armed."""
     charge: Charge = Charge.FINE
-    for_charge: Mode | None = None
-    """What the battery's last warning asks for, from `for_charge_at_us` on; Hold before."""
-    for_charge_at_us: int = 0
+    for_need: Mode | None = None
+    """What the battery's last warning or the geofence asks for, from `for_need_at_us` on; Hold before."""
+    for_need_at_us: int = 0
+    outside: bool = False
+    """Whether it has left its geofence."""
     takeoff_alt_amsl_m: float = math.nan
     speed_mps: float = math.nan
     """What DO_CHANGE_SPEED asked for, until the mode changes; NaN is the usual speed."""

@@ -76,6 +76,12 @@ class Trip(NamedTuple):
         """What the cascade shall follow now. A landing has no height to go to, only a speed."""
         return self.glide.setpoint(height=not self.stops[0].is_landing)
 
+    @property
+    def goal_ned_m(self) -> tuple[float, float, float] | None:
+        """The next stop, but for the ground."""
+        stop = self.stops[0]
+        return None if stop.is_landing else (stop.place_m.real, stop.place_m.imag, stop.down_m)
+
     def step(
         self, condition: Condition, dt_s: float, parameters: Mapping[str, float], speeds: Speeds
     ) -> Trip:

@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import common
 
 from sitl.link.commands import ORDERS, Command
 from sitl.orders import (
+    GoToItem,
     Mode,
     Order,
     Pause,
@@ -42,9 +43,9 @@ def _switch_to(mode: Mode) -> Callable[[Command, FlightStatus], Order]:
 
 def _turn(command: Command, _: FlightStatus) -> Order | None:
     angle, rate, sign, relative = command[1:5]
-    if not math.isfinite(angle):
+    if not (0.0 <= angle <= 360.0 and relative in (0.0, 1.0)):
         return None
-    way = -1 if sign < 0.0 else 1
+    way = -1 if sign < 0.0 else 1 if sign > 0.0 else 0
     return TurnTo(math.radians(angle), math.radians(rate) if rate > 0.0 else 0.0, way, relative == 1.0)
 
 
@@ -80,6 +81,10 @@ def _set_servo(command: Command, _: FlightStatus) -> Order | None:
     return SetOutput(int(command.param1), int(command.param2))
 
 
+def _go_to(command: Command, _: FlightStatus) -> Order | None:
+    return GoToItem(int(command.param1)) if math.isfinite(command.param1) else None
+
+
 def _pause(command: Command, _: FlightStatus) -> Order | None:
     return Pause(command.param1 == 1.0) if command.param1 in (0.0, 1.0) else None
 
@@ -98,6 +103,7 @@ _PAYLOAD = (
 )
 COPTER_ORDERS: Mapping[int, Callable[[Command, FlightStatus], Order | None]] = {
     common.MAV_CMD_COMPONENT_ARM_DISARM: ORDERS[common.MAV_CMD_COMPONENT_ARM_DISARM],
+    common.MAV_CMD_DO_FLIGHTTERMINATION: ORDERS[common.MAV_CMD_DO_FLIGHTTERMINATION],
     common.MAV_CMD_NAV_TAKEOFF: _take_off,
     common.MAV_CMD_NAV_LAND: _switch_to(Mode.LAND),
     common.MAV_CMD_NAV_RETURN_TO_LAUNCH: _switch_to(Mode.RTL),
@@ -108,6 +114,7 @@ COPTER_ORDERS: Mapping[int, Callable[[Command, FlightStatus], Order | None]] = {
     common.MAV_CMD_DO_SET_HOME: _set_home,
     common.MAV_CMD_DO_SET_SERVO: _set_servo,
     common.MAV_CMD_DO_PAUSE_CONTINUE: _pause,
+    common.MAV_CMD_DO_SET_MISSION_CURRENT: _go_to,
     **{number: ORDERS[number] for number in _PAYLOAD},
 }
 """What each command orders; None: it orders nothing that can be done."""

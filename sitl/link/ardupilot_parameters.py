@@ -9,7 +9,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sitl.copter_params import body_params, copter_defaults
+from sitl.airframe import Airframe
+from sitl.copter_params import body_params, copter_defaults, yaw_gain
 from sitl.link.messages import Message, message_type
 from sitl.link.parameters import ChangeParameter, ParameterTable
 from sitl.params import Params
@@ -29,17 +30,17 @@ _RUNTIME, _RUNTIME_US = "STAT_RUNTIME", 30_000_000
 
 
 class CopterTable(ParameterTable):
-    """ArduCopter's parameters. `airframe` are the body's own, which ArduPilot's parameters overrule in part."""
+    """ArduCopter's parameters. `params` are the body's own, which ArduPilot's parameters overrule in part."""
 
-    def __init__(self, airframe: Params, system: int, pack_ah: float) -> None:
-        self._airframe = airframe
-        own = {"SYSID_THISMAV": float(system), "BATT_CAPACITY": 1e3 * pack_ah}
+    def __init__(self, params: Params, airframe: Airframe, system: int) -> None:
+        self._params, self._yaw_gain = params, yaw_gain(airframe)
+        own = {"SYSID_THISMAV": float(system), "BATT_CAPACITY": 1e3 * airframe.battery.capacity_ah}
         self._hold({**copter_defaults(), **own})
 
     @property
     def vehicle_params(self) -> Params:
         """What the body's control obeys."""
-        return body_params(self, self._airframe)
+        return body_params(self, self._params, self._yaw_gain)
 
 
 @dataclass(slots=True)

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 from pymavlink.dialects.v20 import ardupilotmega, common
 
-from sitl.geo import GRAVITY_MPS2
-from sitl.link.instruments import INSTRUMENTS
+from sitl.geo import geodetic_of_ned
+from sitl.link.instruments import INSTRUMENTS, inertial_thousandths
 from sitl.link.messages import Message, MessageType, layout_of, message_type
 from sitl.link.mode_list import ListedMode
 from sitl.link.px4_status import STATUS
@@ -31,6 +31,9 @@ _NAV_CONTROLLER_OUTPUT = message_type("NAV_CONTROLLER_OUTPUT")
 _FENCE_STATUS = message_type("FENCE_STATUS")
 _CURRENT_MODE = message_type("CURRENT_MODE")
 _SERVO_OUTPUT_RAW = message_type("SERVO_OUTPUT_RAW")
+_POSITION_TARGET_GLOBAL_INT = message_type("POSITION_TARGET_GLOBAL_INT")
+_VFR_HUD = message_type("VFR_HUD")
+_VIBRATION = message_type("VIBRATION")
 
 
 def _own(name: str) -> MessageType:
@@ -72,6 +75,8 @@ _EKF_READY, _EKF_WAITING = 831, 421
 _I16, _I32, _U16 = (-(2**15), 2**15 - 1), (-(2**31), 2**31 - 1), (0, 2**16 - 1)
 _STICK_MIDDLE, _STICK_LOW, _CHANNELS = 1500, 1000, 18
 _UNKNOWN_RSSI = 255
+_PLACE_ALONE = 0xFFF8
+"""Type mask: nothing but the place counts."""
 _GEOFENCE = common.MAV_SYS_STATUS_GEOFENCE
 _BREACHES = {
     1: common.FENCE_BREACH_MAXALT,
@@ -173,11 +178,7 @@ def _ekf_status(report: Report) -> Message:
 
 def _raw_imu(report: Report) -> Message:
     """Thousandths of g, of rad/s and of gauss."""
-    imu, mag = report.instruments.imu, report.instruments.mag
-    force = (whole(value / GRAVITY_MPS2 * 1e3, _I16) for value in imu.specific_force_frd_mps2.tolist())
-    rate = (whole(value * 1e3, _I16) for value in imu.rate_frd_radps.tolist())
-    field = (whole(value * 1e3, _I16) for value in mag.field_frd_gauss.tolist())
-    return _RAW_IMU(report.time_us, *force, *rate, *field, 0, 0)
+    return _RAW_IMU(report.time_us, *inertial_thousandths(report), 0, 0)
 
 
 def _ahrs2(report: Report) -> Message:
@@ -197,7 +198,8 @@ def _nav_controller_output(report: Report) -> Message:
     roll, pitch, _ = euler_rad(report.instruments.attitude_wanted)
     here, flight = report.estimate.position_ned_m.tolist(), report.flight
     north_m, east_m, down_m = (
-        goal - own for goal, own in zip(flight.setpoint.position_ned_m, here, strict=True)
+        goal - own
+        for goal, own in zip(flight.goal_ned_m or flight.setpoint.position_ned_m, here, strict=True)
     )
     if not (flight.armed and math.isfinite(north_m + east_m + down_m)):
         north_m = east_m = down_m = 0.0
@@ -211,6 +213,41 @@ def _nav_controller_output(report: Report) -> Message:
         nav_bearing=bearing,
         target_bearing=bearing,
         wp_dist=whole(math.hypot(north_m, east_m), _U16),
+    )
+
+
+def _position_target_global_int(report: Report) -> Message | None:
+    """Where it flies to; nothing while that is no place."""
+    origin, goal_ned_m = report.origin, report.flight.goal_ned_m
+    if origin is None or goal_ned_m is None or not report.flight.armed:
+        return None
+    anchor = origin.lat_deg, origin.lon_deg, origin.alt_amsl_m
+    lat_deg, lon_deg, alt_m = geodetic_of_ned(anchor, goal_ned_m)
+    return _POSITION_TARGET_GLOBAL_INT(
+        time_boot_ms=report.time_ms,
+        lat_int=whole(lat_deg * 1e7, _I32),
+        lon_int=whole(lon_deg * 1e7, _I32),
+        alt=alt_m,
+        vx=0.0, vy=0.0, vz=0.0, afx=0.0, afy=0.0, afz=0.0, yaw=0.0, yaw_rate=0.0,
+        type_mask=_PLACE_ALONE,
+        coordinate_frame=common.MAV_FRAME_GLOBAL,
+    )  # fmt: skip
+
+
+def _vfr_hud(report: Report) -> Message | None:
+    """Without an airspeed sensor ArduPilot takes the air for still."""
+    told = INSTRUMENTS[_VFR_HUD](report)
+    assert told is not None
+    speed_mps = math.hypot(*report.estimate.velocity_ned_mps.tolist())
+    hud: Message = told._replace(airspeed=speed_mps, alt=told.alt if math.isfinite(told.alt) else 0.0)
+    return hud
+
+
+def _vibration(report: Report) -> Message:
+    """m/s² on each axis: what the accelerometer's metric, which knows no axes, comes to on one."""
+    axis_mps2 = report.instruments.vibration[2] / math.sqrt(3.0)
+    return _VIBRATION(
+        report.time_us, axis_mps2, axis_mps2, axis_mps2, clipping_0=0, clipping_1=0, clipping_2=0
     )
 
 
@@ -238,7 +275,7 @@ def camera_feedback(shot: Shot) -> Message:
 
 _SHARED_NAMES = (
     *("ATTITUDE", "ATTITUDE_QUATERNION", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "HOME_POSITION"),
-    *("GPS_GLOBAL_ORIGIN", "POSITION_TARGET_LOCAL_NED", "SCALED_PRESSURE", "GPS_RAW_INT", "VFR_HUD"),
+    *("GPS_GLOBAL_ORIGIN", "POSITION_TARGET_LOCAL_NED", "SCALED_PRESSURE", "GPS_RAW_INT"),
     *("BATTERY_STATUS", "SERVO_OUTPUT_RAW", "SYSTEM_TIME", "EXTENDED_SYS_STATE", "ATTITUDE_TARGET"),
 )
 _SHARED = tuple(map(message_type, _SHARED_NAMES))
@@ -256,5 +293,8 @@ COPTER_STATUS: Mapping[MessageType, Builder] = {
     _FENCE_STATUS: _fence_status,
     _CURRENT_MODE: _current_mode,
     _SERVO_OUTPUT_RAW: _servo_output_raw,
+    _POSITION_TARGET_GLOBAL_INT: _position_target_global_int,
+    _VFR_HUD: _vfr_hud,
+    _VIBRATION: _vibration,
 }
 """All that can be told."""

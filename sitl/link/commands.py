@@ -18,6 +18,7 @@ from sitl.orders import (
     Orbit,
     Order,
     Reposition,
+    SetHome,
     StartMission,
     SwitchMode,
     TakeOff,
@@ -25,6 +26,7 @@ from sitl.orders import (
     Verdict,
 )
 from sitl.plans import PlanItem
+from sitl.signals import GeoPoint
 from sitl.status import FlightStatus
 
 __all__ = ["ORDERS", "RESULTS", "Command", "answered", "command_of", "whole_number"]
@@ -38,6 +40,7 @@ RESULTS: Mapping[Verdict, int] = {
 }
 """How PX4 and its camera answer."""
 _FORCE = 21196.0
+_YES = 0.5
 _NO_LATLON = 2**31 - 1
 _CHANGE_MODE = 1
 
@@ -77,6 +80,20 @@ def _arming(command: Command, _: FlightStatus) -> Order | None:
     force = command.param2 == _FORCE
     orders: dict[float, Order] = {1.0: Arm(force), 0.0: Disarm(force)}
     return orders.get(command.param1)
+
+
+def _terminate(command: Command, _: FlightStatus) -> Order | None:
+    """DO_FLIGHTTERMINATION: the motors stop; here, and in ArduPilot, it is disarmed then."""
+    return Disarm(force=True) if command.param1 > _YES else None
+
+
+def _set_home(command: Command, _: FlightStatus) -> Order | None:
+    if command.param1 > _YES:
+        return SetHome(None)
+    lat_deg, lon_deg, alt_m = command[5:]
+    if not (abs(lat_deg) <= 90.0 and abs(lon_deg) <= 180.0 and math.isfinite(alt_m)):
+        return None
+    return SetHome(GeoPoint(lat_deg, lon_deg, alt_m))
 
 
 def _take_off(command: Command, _: FlightStatus) -> Order:
@@ -140,6 +157,8 @@ ORDERS: Mapping[int, Callable[[Command, FlightStatus], Order | None]] = {
     common.MAV_CMD_DO_ORBIT: _orbit,
     common.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
     common.MAV_CMD_MISSION_START: _start_mission,
+    common.MAV_CMD_DO_SET_HOME: _set_home,
+    common.MAV_CMD_DO_FLIGHTTERMINATION: _terminate,
     **dict.fromkeys(_PAYLOAD, _use_payload),
 }
 """What each command orders; None: it orders nothing that can be done, and is denied."""

@@ -6,14 +6,16 @@ import math
 from collections.abc import Mapping
 
 from sitl.clock import EPOCH_UNIX_US
+from sitl.geo import GRAVITY_MPS2
 from sitl.link.messages import Message, MessageType, message_type
 from sitl.link.report import Report, heading_deg, whole
 from sitl.link.telemetry import Builder
 from sitl.status import Shot
 
-__all__ = ["INSTRUMENTS", "image_captured"]
+__all__ = ["INSTRUMENTS", "image_captured", "inertial_thousandths"]
 
 _HIGHRES_IMU = message_type("HIGHRES_IMU")
+_SCALED_IMU = message_type("SCALED_IMU")
 _SCALED_PRESSURE = message_type("SCALED_PRESSURE")
 _GPS_RAW_INT = message_type("GPS_RAW_INT")
 _VFR_HUD = message_type("VFR_HUD")
@@ -44,6 +46,20 @@ def _highres_imu(report: Report) -> Message:
         fields_updated=63,
         id=0,
     )
+
+
+def inertial_thousandths(report: Report) -> tuple[int, ...]:
+    """Specific force, rates and field about FRD axes, in thousandths of g, of rad/s and of gauss."""
+    imu, mag = report.instruments.imu, report.instruments.mag
+    force = (whole(value / GRAVITY_MPS2 * 1e3, _I16) for value in imu.specific_force_frd_mps2.tolist())
+    rate = (whole(value * 1e3, _I16) for value in imu.rate_frd_radps.tolist())
+    field = (whole(value * 1e3, _I16) for value in mag.field_frd_gauss.tolist())
+    return *force, *rate, *field
+
+
+def _scaled_imu(report: Report) -> Message:
+    temperature = whole(report.instruments.baro.temperature_c * 1e2, _I16)
+    return _SCALED_IMU(report.time_ms, *inertial_thousandths(report), temperature)
 
 
 def _scaled_pressure(report: Report) -> Message:
@@ -164,6 +180,7 @@ def image_captured(shot: Shot) -> Message:
 
 INSTRUMENTS: Mapping[MessageType, Builder] = {
     _HIGHRES_IMU: _highres_imu,
+    _SCALED_IMU: _scaled_imu,
     _SCALED_PRESSURE: _scaled_pressure,
     _GPS_RAW_INT: _gps_raw_int,
     _VFR_HUD: _vfr_hud,

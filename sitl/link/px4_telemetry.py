@@ -33,6 +33,21 @@ _GPS_GLOBAL_ORIGIN = message_type("GPS_GLOBAL_ORIGIN")
 _BUILDERS: Mapping[int, Builder] = {
     kind.ID: builder for kind, builder in {**TELEMETRY, **INSTRUMENTS, **STATUS, **PROGRESS, **EVENTS}.items()
 }
+_NAMES_OF_NOTHING = (
+    *("SCALED_IMU2", "SCALED_IMU3", "SCALED_PRESSURE2", "SCALED_PRESSURE3", "GPS2_RAW", "GPS_STATUS"),
+    *(
+        "ACTUATOR_OUTPUT_STATUS",
+        "HIL_ACTUATOR_CONTROLS",
+        "HIL_STATE_QUATERNION",
+        "RC_CHANNELS",
+        "MANUAL_CONTROL",
+    ),
+    *("ATT_POS_MOCAP", "OPTICAL_FLOW_RAD", "OBSTACLE_DISTANCE", "ADSB_VEHICLE", "COLLISION", "WIND_COV"),
+    *("NAMED_VALUE_FLOAT", "DEBUG", "DEBUG_VECT", "DEBUG_FLOAT_ARRAY", "NAV_CONTROLLER_OUTPUT", "RAW_RPM"),
+    *("POSITION_TARGET_GLOBAL_INT", "CAMERA_TRIGGER", "EFI_STATUS", "FLIGHT_INFORMATION"),
+)
+_SILENT = frozenset(message_type(name).ID for name in _NAMES_OF_NOTHING)
+"""PX4's other streams: an interval is taken, as PX4 takes it, and nothing comes, as where nothing is published."""
 _HEARTBEAT_LIMIT_US = 1e6
 """Nobody switches HEARTBEAT off or makes it rarer than PX4 sends it: the vehicle would seem to be gone."""
 
@@ -113,6 +128,8 @@ class Px4Telemetry:
 
     def _set_interval(self, command: Command, received: Received, helm: Helm) -> list[Message]:
         message_id = whole_number(command.param1)
+        if message_id in _SILENT:
+            return [answered(command.number, common.MAV_RESULT_ACCEPTED, received)]
         unknown = message_id not in self._streamed
         silenced = message_id == _HEARTBEAT.ID and not 0.0 <= command.param2 <= _HEARTBEAT_LIMIT_US
         if unknown or silenced:

@@ -50,7 +50,7 @@ PLANT = np.dtype(
         ("rotor_drag_n_per_radps_mps", "f8"),
         ("decay_up", "f8"),  # what half a step leaves of a rotor's speed error
         ("decay_down", "f8"),
-        ("foot_frd_m", "f8", (4, 3)),
+        ("contact_frd_m", "f8", (8, 3)),  # the feet, then the rotors' hubs
         ("foot_spring_npm", "f8"),
         ("foot_damper_nspm", "f8"),
         ("foot_grip_nspm", "f8"),
@@ -83,8 +83,9 @@ def new_plant(airframe: Airframe, ground_down_m: float) -> np.ndarray:
     p["rotor_drag_n_per_radps_mps"] = rotors.drag_n_per_radps_mps
     p["decay_up"] = math.exp(-0.5 * STEP_S / rotors.time_constant_up_s)
     p["decay_down"] = math.exp(-0.5 * STEP_S / rotors.time_constant_down_s)
-    p["foot_frd_m"][:, :2] = ground.feet_frd_m
-    p["foot_frd_m"][:, 2] = ground.leg_height_m
+    p["contact_frd_m"][:4, :2] = ground.feet_frd_m
+    p["contact_frd_m"][:4, 2] = ground.leg_height_m
+    p["contact_frd_m"][4:] = rotors.position_frd_m
     spring = body.mass_kg * GRAVITY_MPS2 / ground.sink_m / 4.0
     p["foot_spring_npm"] = spring
     p["foot_damper_nspm"] = _FOOT_DAMPING_RATIO * math.sqrt(spring * body.mass_kg)
@@ -207,20 +208,33 @@ def _spin(speed: FloatArray, plant: np.record, target: FloatArray) -> None:
 
 
 @kernel
+def _stall(position: Triple, q: Quaternion, plant: np.record, speed: FloatArray) -> None:
+    """Stop the rotors whose disc touches the ground."""
+    level = rotate(q, (0.0, 0.0, 1.0))[2]
+    drop = plant.rotor_radius_m * math.sqrt(max(0.0, 1.0 - level * level))
+    for i in range(4):
+        hub = (plant.rotor_frd_m[i, 0], plant.rotor_frd_m[i, 1], plant.rotor_frd_m[i, 2])
+        if position[2] + rotate(q, hub)[2] + drop >= plant.ground_down_m:
+            speed[i] = 0.0
+
+
+@kernel
 def step(body: np.record, plant: np.record, target_speed_radps: FloatArray) -> None:
     """Move `body` on by STEP_S with its rotors running towards `target_speed_radps`."""
     h = STEP_S
+    p, v, q, w = body.position_ned_m, body.velocity_ned_mps, body.q_ned_frd, body.rate_frd_radps
+    p0, v0, w0 = (p[0], p[1], p[2]), (v[0], v[1], v[2]), (w[0], w[1], w[2])
+    q0 = (q[0], q[1], q[2], q[3])
+    near = p0[2] > plant.ground_down_m - 1.0
     s = body.rotor_speed_radps
+    if near:
+        _stall(p0, q0, plant, s)
     rotor0 = (s[0], s[1], s[2], s[3])
     _spin(s, plant, target_speed_radps)
     rotor1 = (s[0], s[1], s[2], s[3])
     _spin(s, plant, target_speed_radps)
     rotor2 = (s[0], s[1], s[2], s[3])
 
-    p, v, q, w = body.position_ned_m, body.velocity_ned_mps, body.q_ned_frd, body.rate_frd_radps
-    p0, v0, w0 = (p[0], p[1], p[2]), (v[0], v[1], v[2]), (w[0], w[1], w[2])
-    q0 = (q[0], q[1], q[2], q[3])
-    near = p0[2] > plant.ground_down_m - 1.0
     cushion(p0, q0, plant)
     if near and ground_holds(p0, v0, q0, w0, *_air_load(v0, q0, rotor1, plant), plant):
         # What stops it is felt: an accelerometer's integral has to stay the velocity.

@@ -1,4 +1,4 @@
-"""The ground: level, each foot a spring and damper on it with Coulomb friction."""
+"""The ground: level, each foot a spring and damper on it with Coulomb friction; who has tipped over lies on its rotors' hubs."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _SETTLED, _UNSETTLED = 0.1, 0.5
 def ground_load(
     position: Triple, velocity: Triple, q: Quaternion, rate: Triple, plant: np.record
 ) -> tuple[Triple, Triple]:
-    """Force and torque of the feet, FRD."""
+    """Force and torque of the feet and hubs, FRD."""
     fx = fy = fz = tx = ty = tz = 0.0
-    for i in range(4):
-        x, y, z = plant.foot_frd_m[i, 0], plant.foot_frd_m[i, 1], plant.foot_frd_m[i, 2]
+    for i in range(8):
+        x, y, z = plant.contact_frd_m[i, 0], plant.contact_frd_m[i, 1], plant.contact_frd_m[i, 2]
         sink = position[2] + rotate(q, (x, y, z))[2] - plant.ground_down_m
         if sink <= 0.0:
             continue
@@ -55,7 +55,7 @@ def ground_holds(
     torque: Triple,
     plant: np.record,
 ) -> bool:
-    """Whether the ground holds it: all feet down, hardly moving, the load (FRD) inside the friction cone.
+    """Whether the ground holds it: all feet down (or all hubs), hardly moving, the load (FRD) inside the friction cone.
 
     A standing vehicle is then left exactly where it is; regularised friction alone would let it creep in
     the wind.
@@ -66,8 +66,9 @@ def ground_holds(
     if rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2 > _STILL_RADPS**2:
         return False
     spring = 0.0
-    for i in range(4):
-        foot = (plant.foot_frd_m[i, 0], plant.foot_frd_m[i, 1], plant.foot_frd_m[i, 2])
+    first = 0 if rotate(q, (0.0, 0.0, 1.0))[2] > 0.0 else 4
+    for i in range(first, first + 4):
+        foot = (plant.contact_frd_m[i, 0], plant.contact_frd_m[i, 1], plant.contact_frd_m[i, 2])
         sink = position[2] + rotate(q, foot)[2] - plant.ground_down_m
         if sink <= 0.0:
             return False
@@ -77,7 +78,8 @@ def ground_holds(
     # Still, but at the turning point of a bounce? Once held it stays so until the legs are much too bent.
     if abs(spring - weight) > (_SETTLED if speed > 0.0 else _UNSETTLED) * weight:
         return False
-    x, y, z = abs(plant.foot_frd_m[0, 0]), abs(plant.foot_frd_m[0, 1]), plant.foot_frd_m[0, 2]
+    foot = (plant.contact_frd_m[first, 0], plant.contact_frd_m[first, 1], plant.contact_frd_m[first, 2])
+    x, y, z = abs(foot[0]), abs(foot[1]), foot[2]
     return bool(
         fn * fn + fe * fe <= (plant.friction * weight) ** 2
         and abs(torque[0] - z * force[1]) <= weight * y

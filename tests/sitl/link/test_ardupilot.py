@@ -49,10 +49,34 @@ def test_request_data_stream_0_starts_all_groups_and_stops_them(copter):
     kinds = {message.get_type() for message in heard}
     assert {"ATTITUDE", "GLOBAL_POSITION_INT", "VFR_HUD", "SYS_STATUS", "GPS_RAW_INT", "RC_CHANNELS"} <= kinds
     assert {"EKF_STATUS_REPORT", "RAW_IMU", "SERVO_OUTPUT_RAW", "SYSTEM_TIME", "BATTERY_STATUS"} <= kinds
+    assert {"VIBRATION", "NAV_CONTROLLER_OUTPUT", "SCALED_PRESSURE", "AHRS2", "MISSION_CURRENT"} <= kinds
     assert len(pick(heard, "ATTITUDE")) == pytest.approx(12, abs=1)
     copter.say(mavlink.MAVLink_request_data_stream_message(1, 1, 0, 0, 0))
     copter.live(0.1)
     assert {message.get_type() for message in copter.live(3.0)} <= {"HEARTBEAT", "TIMESYNC"}
+
+
+def test_it_tells_where_it_flies_to_and_how_far_that_is(aloft):
+    aloft.say(mavlink.MAVLink_request_data_stream_message(1, 1, 2, 4, 1))
+    assert not pick(aloft.live(1.0), "POSITION_TARGET_GLOBAL_INT")
+    north_m, east_m, down_m = aloft.here.tolist()
+    aloft.target(p=(north_m + 60.0, east_m, down_m - 5.0))
+    heard = aloft.live(1.0)
+    here = aloft.simulator.report.place
+    target = pick(heard, "POSITION_TARGET_GLOBAL_INT")[-1]
+    assert target.lat_int * 1e-7 == pytest.approx(here[0] + math.degrees(60.0 / 6.357e6), abs=2e-5)
+    assert target.lon_int * 1e-7 == pytest.approx(here[1], abs=2e-6)
+    assert target.alt == pytest.approx(here[2] + 5.0, abs=1.0)
+    assert pick(heard, "NAV_CONTROLLER_OUTPUT")[-1].wp_dist == pytest.approx(60, abs=2)
+    aloft.command(176, 1, RTL)
+    aloft.live(40.0)
+    assert pick(aloft.live(0.5), "NAV_CONTROLLER_OUTPUT")[-1].wp_dist < 60
+
+
+def test_without_an_airspeed_sensor_the_hud_shows_the_speed(aloft):
+    assert aloft.ask(511, 74, 100_000) == 0
+    aloft.live(6.0, lambda: aloft.target(v=(3.0, 0.0, 0.0)))
+    assert pick(aloft.live(0.3), "VFR_HUD")[-1].airspeed == pytest.approx(3.0, abs=0.4)
 
 
 def test_400_hz_is_refused_as_too_fast(copter):

@@ -379,7 +379,7 @@ def test_condition_yaw_turns_the_nose_until_the_next_waypoint_unless_yaw_is_neve
         waypoint(0.0, 80.0),
         parameters=((b"WP_YAW_BEHAVIOR", behaviour),),
     )
-    first, second = np.abs(rows[:, 3] - 30.0) < 5.0, np.abs(rows[:, 3] - 77.0) < 2.0
+    first, second = np.abs(rows[:, 3] - 30.0) < 5.0, np.abs(rows[:, 3] - 79.0) < 1.0
     assert rows[first, 5] % 360.0 == pytest.approx(200.0, abs=6.0)
     assert rows[second, 5] % 360.0 == pytest.approx(200.0 if kept else 90.0, abs=8.0)
 
@@ -455,3 +455,12 @@ def test_a_pause_in_guided_and_auto_goes_on_with_the_same_item(copter):
     copter.ask(176, 1, AUTO)
     assert copter.flight.run.seq == 3
     copter.until(lambda: copter.flight.run.seq == 4, 40.0)
+
+
+def test_the_mission_goes_on_with_the_item_that_do_set_mission_current_names(copter):
+    copter.live(1.0)
+    assert copter.upload([TAKEOFF, waypoint(20.0, 0.0), waypoint(40.0, 0.0)]) == 0
+    assert copter.ask(224, 2) == 0
+    assert copter.flight.run.seq == 2
+    assert copter.ask(224, 9) == 4 and copter.ask(224, math.nan) == 4
+    assert copter.flight.run.seq == 2

@@ -144,6 +144,21 @@ def test_message_intervals_are_set_switched_off_and_reset(client, pick):
     assert len(pick(heard, "ATTITUDE")) == 200
 
 
+@pytest.mark.parametrize("number", [375, 65, 115, 116])
+def test_an_interval_of_px4s_streams_that_have_nothing_to_say_is_taken(client, pick, number):
+    """MAVSDK's set_rate_actuator_output_status() and the like raise nothing on a PX4."""
+    client.command(511, number, 100_000)
+    heard = client.live(0.5)
+    assert [ack.result for ack in pick(heard, "COMMAND_ACK")] == [0]
+    assert not [message for message in heard if number == type(message).ID]
+
+
+def test_the_scaled_imu_weighs_a_standing_vehicle_at_one_g(client, pick):
+    client.command(511, 26, 100_000)
+    imu = pick(client.live(0.5), "SCALED_IMU")[-1]
+    assert (imu.xacc, imu.yacc, imu.zacc) == pytest.approx((0, 0, -1000), abs=40)
+
+
 @pytest.mark.parametrize("interval_us", [-1, math.nan, math.inf, 2e6, 3e38])
 def test_the_heartbeat_is_never_switched_off(client, pick, interval_us):
     client.command(511, 0, interval_us)

@@ -173,3 +173,14 @@ def test_hover_speed_climbs_off_the_ground_and_hovers_higher_up(plant, x500):
     height_m = 0.05 + 0.5 + 0.2
     gain = 1.0 / (1.0 - (x500.rotors.radius_m / (4.0 * (height_m - 0.5 + 0.06))) ** 2) - 1.0
     assert 0.3 * gain * GRAVITY_MPS2 * 0.5 < -body["velocity_ned_mps"][0][2] < 2.0 * gain * GRAVITY_MPS2 * 0.5
+
+
+def test_a_rotor_whose_disc_touches_the_ground_stands(plant, x500):
+    body = new_body(from_euler(np.pi, 0.0, 0.0), (0.0, 0.0, -0.06 + float(plant["ground_down_m"][0])))
+    full = np.full(4, x500.rotors.speed_max_radps)
+    fly(as_record(body), as_record(plant), full, 1.0)
+    assert np.all(body["rotor_speed_radps"] < 0.25 * full)
+    assert np.all(np.abs(body["velocity_ned_mps"]) < 0.01)
+    body = new_body(LEVEL, (0.0, 0.0, 0.0))
+    fly(as_record(body), as_record(plant), full, 0.2)
+    assert np.all(body["rotor_speed_radps"] > 0.95 * full)
