@@ -150,8 +150,8 @@ def _flown(
     while session.outcome is None and now_us < limit_us:
         if now_us <= START_UP_US:
             begin_s = time.perf_counter()
-        vehicle = simulator.step(now_us, to_vehicle)
-        step = session.step(now_us, vehicle.send)
+        (to_us,) = simulator.exchange(now_us, (to_vehicle,))
+        step = session.step(now_us, to_us)
         if step.afterwards is not None:
             step.afterwards()
         if now_us % WITNESS_US == 0:

@@ -1,7 +1,8 @@
 """The vehicle's kernels, compiled ahead of their use by two processes of their own.
 
 Where the cache lacks them numba compiles for a long time, on one core, and keeps more memory than a vehicle needs.
-The two halves know nothing of each other: what moves the vehicle, and what its estimator does.
+The two halves know nothing of each other: what moves the vehicle, and what its estimator does. The kernel that joins them
+comes at the end of the longer one.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from sitl.autopilot.shaping import pursue, shape_yaw
 from sitl.clock import FRAME_S, FRAME_US
 from sitl.estimator.ekf import ALIGN_FRAMES, Ekf
 from sitl.estimator.error_state import report
+from sitl.estimator.fusion import fuse_frame
 from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, HORIZON_FRAMES, new_nav
 from sitl.kernels import is_compiled
 from sitl.loop import live
@@ -95,9 +97,15 @@ def _believe() -> None:
         origin_offset_ned_m=(0.0, 0.0, 0.0),
         stock=False,
     )
-    ekf.nav["imu"][..., 2], ekf.nav["mag"] = -9.8, (0.2, 0.0, 0.4)
-    for frame in range(HORIZON_FRAMES + 1, HORIZON_FRAMES + ALIGN_FRAMES + 2):
-        ekf.step(frame, HAS_FIX | HAS_BARO | HAS_MAG)
+    ekf.nav["imu"][..., 2], ekf.nav["mag"], ekf.nav["has"] = (
+        -9.8,
+        (0.2, 0.0, 0.4),
+        HAS_FIX | HAS_BARO | HAS_MAG,
+    )
+    for frame in range(HORIZON_FRAMES + 1, HORIZON_FRAMES + ALIGN_FRAMES + 1):
+        ekf.nav["frame"] = frame
+        ekf.step()
+    fuse_frame(*ekf.records, frame + 1, HAS_FIX | HAS_BARO | HAS_MAG)
     report(ekf.nav, ekf.filter.P, ekf.wander_variance_m2, np.empty(31))
 
 

@@ -1,4 +1,4 @@
-"""One frame of life, 10 ms: the rooms in the order in which a sample runs through them, as one kernel.
+"""Life, frame by frame of 10 ms: the rooms in the order in which a sample runs through them, as one kernel.
 
 Truth stays in WORLD, which only physics reads; what the brain learns passes through `sensed` alone.
 """
@@ -12,9 +12,10 @@ import numpy as np
 from sitl.autopilot.cascade import DEMAND, GAINS, MIND, control, detect_ground
 from sitl.autopilot.rate import filter_gyro
 from sitl.clock import FRAME_S
+from sitl.estimator.fusion import fuse_frame, knows_place
 from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, IMU_S, NAV, RING, advance_horizon, tick
 from sitl.geo import GRAVITY_MPS2
-from sitl.kernels import kernel
+from sitl.kernels import FloatArray, kernel
 from sitl.physics.battery import PACK, drain
 from sitl.physics.dynamics import BODY, PLANT, step
 from sitl.physics.environment import AIR, GUST_NORMALS, blow
@@ -43,6 +44,7 @@ WORLD = np.dtype(
         ("air", AIR),
         ("pack", PACK),
         ("sensed", SENSED),
+        ("received", "i8"),  # whether fixes are
         ("speed_max_radps", "f8"),
         ("target_speed_radps", "f8", 4),
         ("mean_force", "f8", 3),
@@ -94,7 +96,7 @@ def _move(world: np.record, brain: np.record, noise: np.record, at: int) -> None
 
 
 @kernel
-def _sense(world: np.record, nav: np.record, noise: np.record, frame: int, at: int, received: bool) -> None:
+def _sense(world: np.record, nav: np.record, noise: np.record, frame: int, at: int) -> None:
     """What the slower senses take at the end of this frame, and the fix that arrives."""
     body, plant, sensed = world.body, world.plant, world.sensed
     slot = frame % RING
@@ -112,7 +114,8 @@ def _sense(world: np.record, nav: np.record, noise: np.record, frame: int, at: i
             nav.mag[slot, i] = sensed.mag_frd_gauss[i]
         nav.has[slot] = HAS_BARO | HAS_MAG
     if (frame + 1) % 10 == 0:
-        measure_fix(sensed, frame, body.position_ned_m, body.velocity_ned_mps, noise.gps[at // 10], received)
+        place, velocity, received = body.position_ned_m, body.velocity_ned_mps, world.received != 0
+        measure_fix(sensed, frame, place, velocity, noise.gps[at // 10], received)
     taken = frame - GPS_DELAY_FRAMES
     if taken >= 0 and (taken + 1) % 10 == 0 and sensed.fix_valid[taken % 16]:
         for i in range(6):
@@ -121,8 +124,8 @@ def _sense(world: np.record, nav: np.record, noise: np.record, frame: int, at: i
 
 
 @kernel
-def live(worlds: np.ndarray, brains: np.ndarray, noises: np.ndarray, received: bool) -> int:
-    """Live one frame; what was measured at the estimator's horizon."""
+def _live_frame(worlds: np.ndarray, brains: np.ndarray, noises: np.ndarray) -> int:
+    """All but the estimator's part of a frame; what was measured at its horizon."""
     world, brain, noise = worlds[0], brains[0], noises[0]
     body, plant, nav = world.body, world.plant, brain.nav
     frame = nav.frame
@@ -130,7 +133,39 @@ def live(worlds: np.ndarray, brains: np.ndarray, noises: np.ndarray, received: b
     height = plant.ground_down_m - body.position_ned_m[2]
     blow(world.air, height, body.velocity_ned_mps, noise.gust[at], FRAME_S, plant.wind_ned_mps)
     _move(world, brain, noise, at)
-    _sense(world, nav, noise, frame, at, received)
+    _sense(world, nav, noise, frame, at)
     has = advance_horizon(nav)
     detect_ground(brain.mind, brain.gains, nav.out_velocity_ned_mps, FRAME_S)
     return int(has)
+
+
+@kernel
+def live(
+    worlds: np.ndarray,
+    brains: np.ndarray,
+    noises: np.ndarray,
+    navs: np.ndarray,
+    books: np.ndarray,
+    sheets: np.ndarray,
+    works: np.ndarray,
+    x: FloatArray,
+    P: FloatArray,
+    until: int,
+    alert: bool,
+    fuses: bool,
+) -> tuple[int, bool, bool]:
+    """Live until frame `until`; the frame that has come, whether the place is known, whether it is on the ground.
+
+    Alert, it stops as soon as one of both has changed. What an estimator that does not `fuse` does in a frame is left to it.
+    """
+    nav, mind = brains[0].nav, brains[0].mind
+    knew, stood = knows_place(navs, books, sheets, P), mind.on_ground != 0
+    knows, stands = knew, stood
+    while nav.frame < until:
+        has = _live_frame(worlds, brains, noises)
+        if fuses:
+            fuse_frame(navs, books, sheets, works, x, P, nav.frame, has)
+        knows, stands = knows_place(navs, books, sheets, P), mind.on_ground != 0
+        if alert and (knows != knew or stands != stood):
+            break
+    return nav.frame, knows, stands

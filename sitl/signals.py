@@ -41,8 +41,7 @@ def vector(values: ArrayLike, size: int = 3) -> FloatArray:
     return array
 
 
-@dataclass(frozen=True, slots=True)
-class GeoPoint:
+class GeoPoint(NamedTuple):
     """A place on the earth."""
 
     lat_deg: float

@@ -74,29 +74,27 @@ class Simulator:
         """
         craft, links = self._craft, self._links[: len(received)]
         commander, vehicle = craft.commander, craft.vehicle
-        outs = [bytearray() for _ in links]
-        ways = tuple(zip(links, outs, strict=True))
+        outs = [b""] * len(links)
         while craft.time_us + FRAME_US <= now_us:
             demand = commander.command(vehicle)
             until_us = min(now_us, commander.holds_until_us, *[link.due_us(craft) for link in links])
             craft.live(until_us, demand)
-            for link, out in ways:
-                out += link.send(craft)
+            for port, link in enumerate(links):
+                outs[port] += link.send(craft)
             if commander.has_news:
                 self._tell(outs)
         ill = craft.link_faults() if vehicle.faults else ()
         self._impaired |= bool(ill)
         if self._impaired:
             received = _carried(self._uplinks, craft.time_us, received, ill)
-        for (link, out), data in zip(ways, received, strict=True):
+        for port, data in enumerate(received):
             if data:
-                out += link.receive(data, craft)
+                outs[port] += links[port].receive(data, craft)
         if len(links) > 1:
             self._forward(outs)
         if commander.has_news:
             self._tell(outs)
-        sent = tuple(map(bytes, outs))
-        return _carried(self._downlinks, craft.time_us, sent, ill) if self._impaired else sent
+        return _carried(self._downlinks, craft.time_us, outs, ill) if self._impaired else tuple(outs)
 
     def inject(self, fault: Fault) -> None:
         """Have that go wrong too, from its start or, if that has passed, from now."""
@@ -162,7 +160,7 @@ class Simulator:
             channel.restore(channel_state)
         self._impaired = True  # something may be
 
-    def _forward(self, outs: list[bytearray]) -> None:
+    def _forward(self, outs: list[bytes]) -> None:
         """Pass heartbeats on from the ground station's link, as PX4's start script has it."""
         offboard = self._links[_OFFBOARD]
         if not isinstance(offboard, Px4Link):
@@ -172,13 +170,10 @@ class Simulator:
             for heartbeat in source.take_heartbeats():
                 outs[_OFFBOARD] += offboard.forward(heartbeat)
 
-    def _tell(self, outs: list[bytearray]) -> None:
-        for notice in self._craft.take_notices():
-            for link, out in zip(self._links, outs, strict=False):
-                out += link.tell(notice)
-        for shot in self._craft.commander.take_shots():
-            for link, out in zip(self._links, outs, strict=False):
-                out += link.show(shot)
+    def _tell(self, outs: list[bytes]) -> None:
+        notices, shots = self._craft.take_notices(), self._craft.commander.take_shots()
+        for port, link in enumerate(self._links[: len(outs)]):
+            outs[port] += b"".join((*map(link.tell, notices), *map(link.show, shots)))
 
 
 def _carried(

@@ -96,7 +96,13 @@ def _frame_at(time_us: int) -> int:
 
 
 class Vehicle:
-    """A quadrotor that flies itself to setpoints; `time_us` is simulated time since the start."""
+    """A quadrotor that flies itself to setpoints.
+
+    Attributes:
+        time_us: simulated time since the start.
+        knows_position: whether position rests on fixes, or on fresh dead reckoning within COM_POS_FS_EPH (PX4's eph).
+        on_ground: the land detector's verdict: from thrust, estimate and gyro, never from truth.
+    """
 
     def __init__(self, config: VehicleConfig) -> None:
         self.config = config
@@ -134,15 +140,14 @@ class Vehicle:
         self._pack, self._sensed = world["pack"][0], world["sensed"][0]
         self._fixes, self._fix_valid = self._sensed["fix"], self._sensed["fix_valid"]
         self._nav, self._mind = brain["nav"][0], brain["mind"][0]
-        self._on_ground = brain["mind"]["on_ground"]
         # Kept: to describe a record's bytes takes numpy a microsecond.
         self._asked = brain["demand"].view("u1").data
-        self._frame = self.time_us = 0
+        self._frame = self.time_us = self._pause_frame = 0
+        self.knows_position, self.on_ground = False, True
         self._demand: Demand | None = None
-        self._received = True
-        self._live: Callable[[bool], int] | None = None
+        self._live: Callable[[int, bool, bool], tuple[int, bool, bool]] | None = None
         self._say: Callable[[np.ndarray, FloatArray, FloatArray, FloatArray], None] | None = None
-        self._forget_beliefs()
+        self._believed: Estimate | None = None
         self._set_faults(config.faults)
         self.params = config.params
 
@@ -154,8 +159,7 @@ class Vehicle:
     @params.setter
     def params(self, params: Params) -> None:
         self._params = self._ekf.params = params
-        self._eph_max_m2 = params["COM_POS_FS_EPH"] ** 2
-        self._forget_beliefs()
+        self._believed, self.knows_position = None, self._ekf.knows_place
         set_gains(self._brain["gains"], params, self.config.airframe)
 
     def advance(
@@ -174,25 +178,42 @@ class Vehicle:
         if demand is not self._demand:
             self._obey(demand)
         ekf, begin, end = self._ekf, self._frame, until_us // FRAME_US
-        records = self._world, self._brain, self._noise
-        live_on = self._live = self._live or partial(prepared(live, *records, True), *records)
-        alert = alert and end > begin + 1
-        grounded, known = alert and self.on_ground, alert and self.knows_position
-        for frame in range(begin, end):
-            if alert and frame > begin:
-                self._forget_beliefs()
-                if self.knows_position is not known or self.on_ground is not grounded:
-                    break
+        live_on = self._live or self._compiled()
+        knew, stood = self.knows_position, self.on_ground
+        while (frame := self._frame) < end:
             if onward is not None and frame > begin:
                 self._obey(onward(frame * FRAME_US))
-            if frame % BLOCK_FRAMES == 0:
-                self._draw()
-            if frame in self._fault_frames:
-                self._apply_faults(frame)
-            ekf.step(frame + 1, live_on(self._received))
-            self._frame = frame + 1
-        self._forget_beliefs()
+            if frame >= self._pause_frame:
+                self._pause_frame = self._prepare(frame)
+            fuses = ekf.running and not ekf.stepwise
+            until = min(end, self._pause_frame) if fuses and onward is None else frame + 1
+            self._frame, self.knows_position, self.on_ground = live_on(until, alert, fuses)
+            if not fuses:
+                ekf.step()
+                self.knows_position = ekf.knows_place
+            if alert and (self.knows_position is not knew or self.on_ground is not stood):
+                break
+        self._believed = None
         self.time_us = self._frame * FRAME_US
+
+    def _compiled(self) -> Callable[[int, bool, bool], tuple[int, bool, bool]]:
+        records = self._world, self._brain, self._noise, *self._ekf.records
+        self._live = partial(prepared(live, *records, 0, True, True), *records)
+        return self._live
+
+    def _prepare(self, frame: int) -> int:
+        """Draw the noise of the frames to come and make the world what the faults that are active now make of it.
+
+        Up to which frame that holds.
+        """
+        if frame % BLOCK_FRAMES == 0:
+            self._draw()
+        config = self.config
+        active = [fault for fault in self.faults if fault.active(frame * FRAME_US)]
+        self._world["received"] = afflict(self._world, config.airframe, config.wind_ned_mps, active)
+        discharge(self._world, [fault for fault in active if _frame_at(fault.start_us) == frame])
+        block_ends = frame - frame % BLOCK_FRAMES + BLOCK_FRAMES
+        return min((at for at in self._fault_frames if frame < at < block_ends), default=block_ends)
 
     def _obey(self, demand: Demand) -> None:
         set_demand(self._asked, demand)
@@ -212,19 +233,12 @@ class Vehicle:
     def heal(self, kind: type[Fault]) -> None:
         """End all faults of that kind with the next frame, and forget those to come."""
         self._set_faults(tuple(fault for fault in self.faults if not isinstance(fault, kind)))
-        self._fault_frames.add(self._frame)
 
     def _set_faults(self, faults: tuple[Fault, ...]) -> None:
         self.faults = faults
         times_us = {us for fault in faults for us in (fault.start_us, fault.end_us) if us is not None}
-        self._fault_frames = {0} | {_frame_at(us) for us in times_us}
-
-    def _apply_faults(self, frame: int) -> None:
-        """Make the world what the faults that are active in this frame make of it."""
-        config, time_us = self.config, frame * FRAME_US
-        active = [fault for fault in self.faults if fault.active(time_us)]
-        self._received = afflict(self._world, config.airframe, config.wind_ned_mps, active)
-        discharge(self._world, [fault for fault in active if _frame_at(fault.start_us) == frame])
+        self._fault_frames = {_frame_at(us) for us in times_us}
+        self._pause_frame = 0
 
     @property
     def truth(self) -> TruthState:
@@ -232,10 +246,6 @@ class Vehicle:
         motion = self._motion.copy()
         motion.setflags(write=False)
         return TruthState(self.time_us, motion)
-
-    def _forget_beliefs(self) -> None:
-        self._believed: Estimate | None = None
-        self._known: bool | None = None
 
     @property
     def estimate(self) -> Estimate:
@@ -250,15 +260,9 @@ class Vehicle:
         say = self._say = self._say or prepared(report, *asked)
         say(*asked)
         told.setflags(write=False)
-        fresh, running = ekf.fixes_fresh(self._frame), ekf.running
-        return Estimate(self.time_us, told, running, self.knows_position, fresh, running)
-
-    @property
-    def knows_position(self) -> bool:
-        """Whether position rests on fixes, or on fresh dead reckoning within COM_POS_FS_EPH (PX4's eph)."""
-        if self._known is None:
-            self._known = self._ekf.knows_place(self._frame, self._eph_max_m2)
-        return self._known
+        knows, running = self.knows_position, ekf.running
+        fresh = knows or ekf.fixes_fresh(self._frame)
+        return Estimate(self.time_us, told, running, knows, fresh, running)
 
     @property
     def fix_age_us(self) -> int:
@@ -280,7 +284,7 @@ class Vehicle:
         """Anchor the EKF's NED frame there, once it has one; a demand in that frame is not moved."""
         if self._ekf.running:
             self._ekf.move_origin(point.lat_deg, point.lon_deg, point.alt_amsl_m)
-            self._forget_beliefs()
+            self._believed = None
 
     @property
     def imu(self) -> ImuSample:
@@ -294,12 +298,12 @@ class Vehicle:
         taken = (self._frame - GPS_DELAY_FRAMES) // 10 * 10 - 1
         if taken < 0 or not self._fix_valid.item(taken % 16):
             return None
-        lat, lon, alt, *velocity = self._fixes[taken % 16].tolist()
-        receiver = self._receiver
+        fix, receiver = self._fixes[taken % 16].copy(), self._receiver
+        fix.setflags(write=False)
         return GpsSample(
             (taken + 1) * FRAME_US,
-            GeoPoint(lat, lon, alt),
-            vector(velocity),
+            GeoPoint(*fix[:3].tolist()),
+            fix[3:],
             *receiver.sigma,
             receiver.fix_type,
             receiver.satellites,
@@ -334,11 +338,6 @@ class Vehicle:
         """The pack as its monitor sees it."""
         used_ah, voltage_v, current_a, *_ = self._pack.item()  # as PACK orders it
         return BatteryState(voltage_v, current_a, used_ah, self.charge_left)
-
-    @property
-    def on_ground(self) -> bool:
-        """The land detector's verdict: from thrust, estimate and gyro, never from truth."""
-        return bool(self._on_ground.item())
 
     @property
     def thrust(self) -> float:
@@ -389,11 +388,9 @@ class Vehicle:
             mine[...] = saved
         for generator, saved_state in zip(self._generators, state.generators, strict=True):
             generator.bit_generator.state = saved_state
+        self._ekf.resume()
+        self._frame, self.on_ground = int(self._nav["frame"]), bool(self._mind["on_ground"])
+        self.time_us = self._frame * FRAME_US
         self.params = state.params
         self._demand = state.demand
-        self._forget_beliefs()
-        self._ekf.resume()
-        self._frame = int(self._nav["frame"])
-        self.time_us = self._frame * FRAME_US
         self._set_faults(state.faults)
-        self._apply_faults(self._frame)

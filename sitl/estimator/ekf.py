@@ -7,8 +7,6 @@ it is zero again.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,19 +19,20 @@ from sitl.estimator.fusion import (
     BARO,
     BARO_BIAS_TIME_S,
     BOOK,
+    DEAD_RECKONING_FRAMES,
     FIX_S,
     MAG,
     PLACE,
     RESET_AFTER,
     SHEET,
     SPEED,
-    fuse_frame,
+    knows_place,
     reset_to,
 )
 from sitl.estimator.observer import follow
 from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, PREDICT_S, RING, catch_up
 from sitl.geo import GRAVITY_MPS2, geodetic_of_ned, ned_of_geodetic
-from sitl.kernels import FloatArray, Triple, prepared
+from sitl.kernels import FloatArray, Triple
 from sitl.params import Params
 from sitl.rotation import from_euler
 
@@ -43,7 +42,6 @@ if TYPE_CHECKING:
 __all__ = ["BOOK", "Ekf"]
 
 ALIGN_FRAMES = 100
-_DEAD_RECKONING_FRAMES = 500  # PX4's EKF2_NOAID_TOUT, 5 s
 _BARO_DRIFT_TIME_S = 300.0
 _TURN_TIME_S = 3.0
 """A turn takes about this long: over it an error of scale is no noise but adds up."""
@@ -63,8 +61,8 @@ class Ekf:
     `nav` is shared with the kernels that carry the nominal state; `field_ned_gauss` is what its map says of
     the place. Position is tracked in the receiver's frame, which wanders: the wander's speed is process
     noise, its size is added to the position's variance where that is reported. So is the barometer's drift
-    while its height is all that there is. A frame is one kernel (`fusion`), or `stepwise` the same by single
-    updates of `filter`, which may be filterpy's own.
+    while its height is all that there is. Once it runs, `fusion` does what there is to do in a frame, within the kernel that
+    lives it; `stepwise` does the same here, by single updates of `filter`, which may be filterpy's own.
     """
 
     def __init__(
@@ -83,14 +81,16 @@ class Ekf:
         r = receiver
         self._fix_sigma = np.array([r.white_h_m, r.white_h_m, r.white_v_m, *[r.speed_mps] * 3])
         self.wander_variance_m2 = np.array([r.wander_h_m, r.wander_h_m, r.wander_v_m]) ** 2
-        self._wander_level_m2 = self.wander_variance_m2[0].item(), self.wander_variance_m2[1].item()
         s = senses
         densities = s.accel_noise_mps2_rthz, s.gyro_noise_radps_rthz
         walks = s.accel_walk_mps3_rthz, s.gyro_walk_radps2_rthz
         noise = process_noise(*densities, *walks, PREDICT_S)
         nav["scale_noise_s"] = s.gyro_scale**2 * _TURN_TIME_S
         noise[:3] = 2.0 * self.wander_variance_m2 / receiver.wander_time_s * PREDICT_S
-        self.filter = _stock_filter(nav, noise) if stock else KernelFilter(nav, noise)
+        own = KernelFilter(nav, noise)
+        self.filter = _stock_filter(nav, noise) if stock else own
+        self.records = nav, self.book, self.sheet, own.work, own.x, own.P
+        """What `fusion` works on."""
         self._senses, self._offset = senses, origin_offset_ned_m
         self._field = np.array(field_ned_gauss)
         self._place_R, self._speed_R = np.diag(self._fix_sigma[:3] ** 2), np.diag(self._fix_sigma[3:] ** 2)
@@ -104,22 +104,15 @@ class Ekf:
         self._pose, self._q = n["pose"], n["q_ned_frd"]
         self._horizon_frames = int(nav["horizon_frames"][0])
         self.running = False
-        self._fuse: Callable[[int, int], None] | None = None
 
-    def step(self, frame: int, has: int) -> None:
-        """One frame at the horizon: predict, then fuse what was measured at its end."""
-        if self.running and self._fuse is not None:
-            self._fuse(frame, has)
-            return
+    def step(self) -> None:
+        """What was measured at the end of the horizon's frame aligns it, or it predicts and fuses that."""
+        frame = int(self.nav["frame"][0])
         slot = (frame - self._horizon_frames) % RING
+        has = int(self.nav["has"][0, slot])
         if not self.running:
             if frame > self._horizon_frames:
                 self._align(frame, slot, has)
-            return
-        if not self.stepwise:
-            known = self.nav, self.book, self.sheet, self.filter.work, self.filter.x, self.filter.P
-            self._fuse = partial(prepared(fuse_frame, *known, frame, has), *known)
-            self._fuse(frame, has)
             return
         self.filter.predict()
         if has & HAS_FIX:
@@ -144,6 +137,7 @@ class Ekf:
         self._params, gate = params, self._gate
         gate[SPEED], gate[PLACE] = params["EKF2_GPS_V_GATE"], params["EKF2_GPS_P_GATE"]
         gate[BARO], gate[MAG] = params["EKF2_BARO_GATE"], params["EKF2_MAG_GATE"]
+        self.sheet["eph_max_m2"] = params["COM_POS_FS_EPH"] ** 2
 
     def move_origin(self, lat_deg: float, lon_deg: float, alt_amsl_m: float) -> None:
         """Anchor the NED frame there, with all that is given in it; axes stay parallel, as over short ways they are."""
@@ -159,7 +153,7 @@ class Ekf:
         sheet["process_noise"], sheet["field_ned_gauss"] = noise, self._field
         sheet["fix_variance"], sheet["baro_variance_m2"] = self._fix_sigma**2, self._baro_R[0, 0]
         sheet["baro_drift_m2"], sheet["mag_variance_gauss2"] = senses.baro_drift_m**2, self._mag_R[0, 0]
-        self._gate = sheet["gate"]
+        sheet["wander_m2"], self._gate = self.wander_variance_m2, sheet["gate"]
 
     def _fuse_fix(self, frame: int, slot: int) -> None:
         book, gate, fix = self._b, self._gate, self._fix[slot]
@@ -238,7 +232,7 @@ class Ekf:
 
     def fixes_fresh(self, frame: int) -> bool:
         """Whether position and velocity rest on fixes, or are dead-reckoned for no longer than PX4 does."""
-        return self.running and frame - self._fix_frame.item() <= _DEAD_RECKONING_FRAMES
+        return self.running and frame - self._fix_frame.item() <= DEAD_RECKONING_FRAMES
 
     def wander_m2(self, frame: int) -> FloatArray:
         """What NED position's variance has beyond P: the wander of its frame.
@@ -255,13 +249,10 @@ class Ekf:
         north_m2, east_m2, down_m2 = self.wander_variance_m2.tolist()
         return np.array([north_m2, east_m2, down_m2 + drift_m2])
 
-    def knows_place(self, frame: int, eph_max_m2: float) -> bool:
-        """Whether fixes are fresh and the horizontal position's variance, both axes together, is no more: PX4's eph, squared."""
-        if not self.fixes_fresh(frame):
-            return False
-        P, (wander_north_m2, wander_east_m2) = self.filter.P, self._wander_level_m2
-        north_m2, east_m2 = P.item(0) + wander_north_m2, P.item(STATES + 1) + wander_east_m2
-        return bool(north_m2 + east_m2 <= eph_max_m2)
+    @property
+    def knows_place(self) -> bool:
+        """Whether position rests on fixes, or on fresh dead reckoning within COM_POS_FS_EPH (PX4's eph)."""
+        return self.running and bool(knows_place(self.nav, self.book, self.sheet, self.filter.P))
 
     def arrays(self) -> tuple[np.ndarray, ...]:
         """All that changes, for a snapshot; `nav` is shared and not among it."""

@@ -20,6 +20,7 @@ __all__ = [
     "BARO",
     "BARO_BIAS_TIME_S",
     "BOOK",
+    "DEAD_RECKONING_FRAMES",
     "FIX_S",
     "MAG",
     "PLACE",
@@ -27,12 +28,14 @@ __all__ = [
     "SHEET",
     "SPEED",
     "fuse_frame",
+    "knows_place",
     "reset_to",
 ]
 
 RESET_AFTER = 70  # fixes, 7 s: PX4's reset_timeout_max
 BARO_BIAS_TIME_S = 30.0
 FIX_S = 0.1
+DEAD_RECKONING_FRAMES = 500  # PX4's EKF2_NOAID_TOUT, 5 s
 ALONE_FRAMES = 100  # so long without fixes, and the height is the barometer's, which drifts
 
 BOOK = np.dtype(
@@ -58,6 +61,8 @@ SHEET = np.dtype(
         ("mag_variance_gauss2", "f8"),
         ("field_ned_gauss", "f8", 3),
         ("gate", "f8", 4),  # in sigmas, by what is fused
+        ("wander_m2", "f8", 3),  # the variance of the receiver's frame
+        ("eph_max_m2", "f8"),
     ]
 )
 """By what the estimator judges its senses."""
@@ -166,3 +171,13 @@ def fuse_frame(
         follow(navs)
     else:
         catch_up(navs)
+
+
+@kernel
+def knows_place(navs: np.ndarray, books: np.ndarray, sheets: np.ndarray, P: FloatArray) -> bool:
+    """Whether fixes are fresh and the horizontal position's variance, both axes together, is no more: PX4's eph, squared."""
+    nav, sheet = navs[0], sheets[0]
+    if not nav.running or nav.frame - books[0].fix_frame > DEAD_RECKONING_FRAMES:
+        return False
+    north_m2, east_m2 = P[0, 0] + sheet.wander_m2[0], P[1, 1] + sheet.wander_m2[1]
+    return bool(north_m2 + east_m2 <= sheet.eph_max_m2)

@@ -33,20 +33,13 @@ _GPS_GLOBAL_ORIGIN = message_type("GPS_GLOBAL_ORIGIN")
 _BUILDERS: Mapping[int, Builder] = {
     kind.ID: builder for kind, builder in {**TELEMETRY, **INSTRUMENTS, **STATUS, **PROGRESS, **EVENTS}.items()
 }
-_NAMES_OF_NOTHING = (
-    *("SCALED_IMU2", "SCALED_IMU3", "SCALED_PRESSURE2", "SCALED_PRESSURE3", "GPS2_RAW", "GPS_STATUS"),
-    *(
-        "ACTUATOR_OUTPUT_STATUS",
-        "HIL_ACTUATOR_CONTROLS",
-        "HIL_STATE_QUATERNION",
-        "RC_CHANNELS",
-        "MANUAL_CONTROL",
-    ),
-    *("ATT_POS_MOCAP", "OPTICAL_FLOW_RAD", "OBSTACLE_DISTANCE", "ADSB_VEHICLE", "COLLISION", "WIND_COV"),
-    *("NAMED_VALUE_FLOAT", "DEBUG", "DEBUG_VECT", "DEBUG_FLOAT_ARRAY", "NAV_CONTROLLER_OUTPUT", "RAW_RPM"),
-    *("POSITION_TARGET_GLOBAL_INT", "CAMERA_TRIGGER", "EFI_STATUS", "FLIGHT_INFORMATION"),
-)
-_SILENT = frozenset(message_type(name).ID for name in _NAMES_OF_NOTHING)
+_NAMES_OF_NOTHING = """
+    SCALED_IMU2 SCALED_IMU3 SCALED_PRESSURE2 SCALED_PRESSURE3 GPS2_RAW GPS_STATUS EFI_STATUS RAW_RPM WIND_COV
+    ACTUATOR_OUTPUT_STATUS HIL_ACTUATOR_CONTROLS HIL_STATE_QUATERNION RC_CHANNELS MANUAL_CONTROL CAMERA_TRIGGER
+    ATT_POS_MOCAP OPTICAL_FLOW_RAD OBSTACLE_DISTANCE ADSB_VEHICLE COLLISION FLIGHT_INFORMATION NAV_CONTROLLER_OUTPUT
+    NAMED_VALUE_FLOAT DEBUG DEBUG_VECT DEBUG_FLOAT_ARRAY POSITION_TARGET_GLOBAL_INT
+"""
+_SILENT = frozenset(message_type(name).ID for name in _NAMES_OF_NOTHING.split())
 """PX4's other streams: an interval is taken, as PX4 takes it, and nothing comes, as where nothing is published."""
 _HEARTBEAT_LIMIT_US = 1e6
 """Nobody switches HEARTBEAT off or makes it rarer than PX4 sends it: the vehicle would seem to be gone."""
@@ -81,9 +74,8 @@ class Px4Telemetry:
         due = self.streams.due(helm.time_us)
         if not due:
             return []
-        report = helm.report()
-        messages = (self._streamed[message_id](report) for message_id in due)
-        return [message for message in messages if message is not None]
+        report, streamed = helm.report(), self._streamed
+        return [told for message_id in due if (told := streamed[message_id](report)) is not None]
 
     def origin(self, helm: Helm) -> Message | None:
         """GPS_GLOBAL_ORIGIN, once there is one."""
