@@ -20,6 +20,7 @@ __all__ = [
     "OfAutopilot",
     "Out",
     "Signing",
+    "System",
     "autopilot_named",
     "place_named",
 ]
@@ -48,6 +49,10 @@ OfAutopilot = Annotated[
 ]
 Connect = Annotated[
     str, typer.Option("--connect", help="The vehicle, as MAVSDK or pymavlink spell it: udpin://0.0.0.0:14540")
+]
+System = Annotated[
+    int | None,
+    typer.Option("--system", help="Which MAVLink system, where there are several.", min=1, max=255),
 ]
 Signing = Annotated[
     Path | None, typer.Option("--signing", help="A key file: sign all, and refuse what is not signed.")

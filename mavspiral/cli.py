@@ -22,6 +22,7 @@ from mavspiral.arguments import (
     OfAutopilot,
     Out,
     Signing,
+    System,
     autopilot_named,
     place_named,
 )
@@ -178,6 +179,7 @@ def fly(
         ),
     ] = None,
     autopilot: OfAutopilot = None,
+    system: System = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before flying.")] = False,
     out: Out = None,
     as_json: Json = False,
@@ -222,6 +224,7 @@ def fly(
             resume=resume,
             set_failsafes=set_failsafes,
             autopilot=dialect,
+            system_id=system,
             align_at=align_at,
             asks=not (yes or dry_run),
             approve=console.approve,
@@ -263,6 +266,7 @@ def upload(
     ],
     connect: Connect,
     signing: Signing = None,
+    system: System = None,
     as_json: Json = False,
 ) -> None:
     """Upload mission, fence and rally points, read them back and compare them item by item."""
@@ -285,7 +289,7 @@ def upload(
     else:
         document = read_plan_json(source)
     with Console(quiet=as_json) as console:
-        uploaded = upload_plan(document, connect, signing_key=key, on_event=console.say)
+        uploaded = upload_plan(document, connect, signing_key=key, system_id=system, on_event=console.say)
     if as_json:
         tell_json(uploaded.summary())
     else:

@@ -47,6 +47,7 @@ def fly(
     set_failsafes: bool = False,
     signing_key: bytes | None = None,
     autopilot: Autopilot | None = None,
+    system_id: int | None = None,
     align_at: Place | None = None,
     asks: bool = False,
     approve: Callable[[str], bool | None] = lambda question: True,
@@ -64,7 +65,7 @@ def fly(
     be shifted so, and `resume` keeps it. A dry run writes that in the journal, too.
     Where it `asks`, `approve` is asked after the checks whether the vehicle may be armed. It is called again and again until it
     says yes or no, as is `wished`, with whether the vehicle is held, for what the pilot wants then; neither may wait.
-    Only a vehicle of `autopilot` is flown, if that is given; else the first that is heard, of whichever it is.
+    Only a vehicle of `autopilot` and with MAVLink's `system_id` is flown, if they are given; else the first that is heard.
 
     Raises:
         InputError: the URL cannot be read, or its port is taken; or there is nothing that could be resumed.
@@ -76,7 +77,10 @@ def fly(
     name, sortie = inspection.mission.name, order.sortie
     begin_us = time.monotonic_ns() // 1000
     signer = None if signing_key is None else signer_now(signing_key)
-    with contextlib.closing(open_transport(url)) as transport, Recording(folder, name) as recording:
+    with (
+        contextlib.closing(open_transport(url, system_id)) as transport,
+        Recording(folder, name) as recording,
+    ):
         session = Session(
             lambda home_enu_m: inspection.route_from(home_enu_m, sortie),
             order.frame,
@@ -87,6 +91,8 @@ def fly(
                 set_failsafes=set_failsafes,
                 borrowed=order.before.borrowed,
                 planned_for=_planned_for(inspection.mission),
+                home_height_enu_m=float(inspection.home_enu_m[2]),
+                system_id=system_id,
                 question=f"arm the vehicle at {url} and fly {name}" if asks else "",
             ),
             way_home=inspection.way_home,

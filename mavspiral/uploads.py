@@ -53,6 +53,7 @@ def upload(
     url: str,
     *,
     signing_key: bytes | None = None,
+    system_id: int | None = None,
     on_event: Callable[[Event], None] = lambda _event: None,
 ) -> Uploaded:
     """The plan on its way to the vehicle at `url`, read back and compared item by item.
@@ -61,6 +62,7 @@ def upload(
         document: a `.plan`.
         url: the vehicle's.
         signing_key: 32 bytes (`read_key`), with which both ends sign, and what is not signed is refused.
+        system_id: of the vehicle; None for the first that is heard.
         on_event: is told how far it is, every few seconds.
 
     Raises:
@@ -70,8 +72,10 @@ def upload(
     lists = mission_lists(document)
     firmware = document["mission"]["firmwareType"]
     signer = None if signing_key is None else signer_now(signing_key)
-    machine = Upload(lists, int(firmware) if firmware in AUTOPILOTS else None, signer=signer)
-    transport = open_transport(url)
+    machine = Upload(
+        lists, int(firmware) if firmware in AUTOPILOTS else None, signer=signer, system_id=system_id
+    )
+    transport = open_transport(url, system_id)
 
     def tell(_machine: Upload, step: Step) -> None:
         for event in step.events:

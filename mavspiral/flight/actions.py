@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from mavspiral.errors import LimitError
-from mavspiral.flight.checks import check_before_arming, other_copters, position_rate
+from mavspiral.errors import LimitError, LinkError
+from mavspiral.flight.checks import check_before_arming, height_of_home, other_copters, position_rate
 from mavspiral.flight.follower import Follower
 from mavspiral.flight.messages import Command, MessageId
 from mavspiral.flight.origin import origin_from_pair
@@ -45,6 +45,7 @@ __all__ = [
 _PARAMETERS_S = 4.0
 _PAIR_AFTER_S = 3.0
 _HOVER_MPS = 0.5
+_ELSEWHERE_M = 10_000.0
 
 
 def never(_: Situation) -> bool:
@@ -107,11 +108,19 @@ def ask_origin(s: Situation) -> bytes:
 
 
 def routed(s: Situation) -> bool:
-    """True once the trajectory from where it stands is known in its own frame."""
+    """True once the trajectory from where it stands is known in its own frame.
+
+    Raises:
+        LimitError: it stands somewhere else altogether.
+    """
     assert s.vehicle.origin is not None
     s.origin = s.vehicle.origin
     s.to_vehicle = s.frame.to_vehicle(GeoPoint(*s.origin))
     home_enu_m = s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)
+    if (away_m := float(math.hypot(*home_enu_m[:2]))) > _ELSEWHERE_M:
+        raise LimitError(
+            f"the vehicle says that it is {away_m / 1000:.0f} km away from the building: the wrong mission, or a wrong position"
+        )
     s.trajectory = s.route(home_enu_m)
     east_m, north_m, up_m = s.trajectory.legs[0].path(0.0).tolist()
     s.begins_enu_m = east_m, north_m, up_m
@@ -134,12 +143,18 @@ def checked(s: Situation) -> bool:
 
     Raises:
         LimitError: something does.
+        LinkError: it answers nothing.
     """
     missing = [name for name in s.profile.parameters if name not in s.vehicle.parameters]
     quiet_s = (s.now_us - max(s.entered_us, s.parameter_us)) * 1e-6
     if missing and quiet_s < _PARAMETERS_S:
         return False
-    assert s.reference is not None
+    if not (s.vehicle.results or s.vehicle.parameters or s.vehicle.version):
+        raise LinkError(
+            "the vehicle speaks, and answers nothing that it is asked: it does not hear us, or obeys nobody who speaks MAVLink 2. "
+            "Fix: a link that carries both ways, and MAVLink 2 on it (MAV_PROTO_VER, SERIALn_PROTOCOL = 2)"
+        )
+    assert s.reference is not None and s.to_vehicle is not None
     findings = check_before_arming(
         s.vehicle,
         s.profile,
@@ -149,7 +164,11 @@ def checked(s: Situation) -> bool:
         sets_failsafes=s.config.set_failsafes,
     )
     findings += position_rate(s.clock.interval_s)
-    findings += other_copters(s.link.vehicle, s.link.others.values())
+    if not s.vehicle.flying:
+        home_up_m = float(s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)[2])
+        findings += height_of_home(home_up_m, s.config.home_height_enu_m)
+    if s.config.system_id is None:
+        findings += other_copters(s.link.vehicle, s.link.others.values())
     for severity, text in findings:
         if severity != "error":
             s.tell_once(severity, text)
@@ -192,7 +211,7 @@ def ask_arm(s: Situation) -> bytes:
 
 
 def at_height(s: Situation) -> bool:
-    """Whether it hovers at the height of the first point.
+    """Whether it hovers at the height of the first point; or above it, as where its own least height of a take-off is more.
 
     Raises:
         LimitError: it does, but too far away from it.
@@ -201,7 +220,7 @@ def at_height(s: Situation) -> bool:
     here, first = s.vehicle.position_ned_m, s.reference.at(0.0).position_ned_m
     if (
         math.hypot(*s.vehicle.velocity_ned_mps) > _HOVER_MPS
-        or abs(here[2] - first[2]) > s.profile.takeoff_within_m
+        or here[2] - first[2] > s.profile.takeoff_within_m
     ):
         return False
     if (off_m := math.dist(here, first)) > s.config.join_max_m:
@@ -257,5 +276,5 @@ def finished(s: Situation) -> bool:
 
 
 def disarmed(s: Situation) -> bool:
-    """Whether it is disarmed."""
-    return not s.vehicle.armed
+    """Whether it is disarmed, and that not because it has just begun anew."""
+    return not s.vehicle.armed and not s.clock.jumps

@@ -141,6 +141,7 @@ _BEFORE_4_7 = Profile(
         "RTL_CONE_SLOPE": "near home its own RTL stays below RTL_ALT, maybe beside the building",
         "RTL_ALT_TYPE": "its own RTL counts its height above a terrain that it may not know",
     },
+    forbidding=frozenset(),
     low_battery=None,
     unguarded=None,  # its failsafe listens to our heartbeat, setpoints or not
     damping=None,

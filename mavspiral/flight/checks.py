@@ -11,13 +11,25 @@ from mavspiral.flight.profile import Profile
 from mavspiral.flight.reference import Extremes
 from mavspiral.flight.vehicle import Vehicle
 
-__all__ = ["Finding", "check_before_arming", "loss_words", "other_copters", "parameter", "position_rate"]
+__all__ = [
+    "Finding",
+    "check_before_arming",
+    "height_of_home",
+    "loss_words",
+    "other_copters",
+    "parameter",
+    "position_rate",
+]
 
 Finding = tuple[str, str]
 """Severity ("info", "warning" or "error") and the words."""
 
 _SPEED_TOLERANCE = 1.01
+_HASTY_S = 0.3  # a link's hiccup
 _SELDOM_S = 0.3  # for so long path time runs on without a position (`streamer`)
+_HEIGHT_DOUBTED_M, _HEIGHT_WRONG_M = 5.0, 15.0
+"""A receiver without RTK is some metres off in height; 15 m and more are another datum, or another place."""
+
 _NONE = 8  # MAV_AUTOPILOT_INVALID
 
 
@@ -110,6 +122,9 @@ def _loss(vehicle: Vehicle, profile: Profile) -> list[Finding]:
         if heard is not None and int(heard) != SYSTEM_ID:
             words = f"{profile.loss_action} waits for the heartbeat of system {int(heard)}, and this is {SYSTEM_ID}"
             findings.append(("warning", f"{words}: the loss of this link alone goes unnoticed"))
+    if timeout_s is not None and timeout_s < _HASTY_S:
+        words = f"{profile.loss_timeout} = {timeout_s:g} s: a setpoint that is so late already counts as a lost link"
+        findings.append(("warning", words))
     if timeout_s is not None and timeout_s > profile.long_loss_s:
         findings.append(
             (
@@ -144,7 +159,10 @@ def _pitfalls(vehicle: Vehicle, profile: Profile) -> list[Finding]:
         value = vehicle.parameters.get(name)
         now = None if value is None else value.number(bytewise=profile.integers_bytewise)
         if now is not None and (wanted := profile.failsafes[name](now, 0.0)) != now:
-            findings.append(("warning", f"{name} = {now:g}: {words}; safer: {wanted:g}"))
+            if name in profile.forbidding:
+                findings.append(("error", f"{name} = {now:g}: {words}; set it to {wanted:g}"))
+            else:
+                findings.append(("warning", f"{name} = {now:g}: {words}; safer: {wanted:g}"))
     return findings
 
 
@@ -156,6 +174,19 @@ def position_rate(interval_s: float) -> list[Finding]:
     return [("error", f"{words}; raise LOCAL_POSITION_NED on this link, or take a faster link")]
 
 
+def height_of_home(is_m: float, planned_m: float) -> list[Finding]:
+    """That it stands higher or lower than the mission says, both above the building's ground: so the building would be missed."""
+    off_m = is_m - planned_m
+    if not abs(off_m) > _HEIGHT_DOUBTED_M:
+        return []
+    high, low = ("above", "low") if off_m > 0.0 else ("below", "high")
+    words = (
+        f"it says that it stands {abs(off_m):.0f} m {high} where the mission has its home (home_height_m = {planned_m:g}): if "
+        f"that is not so, all is flown {abs(off_m):.0f} m too {low}; mend ground_amsl_m or home_height_m, or its height above the sea"
+    )
+    return [("error" if abs(off_m) > _HEIGHT_WRONG_M else "warning", words)]
+
+
 def other_copters(flown: tuple[int, int] | None, others: Iterable[Heartbeat]) -> list[Finding]:
     """That there are other copters beside system and component `flown`, which is the first that was heard: that by chance."""
     systems = sorted(beat.system_id for beat in others if beat.is_copter and beat.autopilot != _NONE)
@@ -165,7 +196,7 @@ def other_copters(flown: tuple[int, int] | None, others: Iterable[Heartbeat]) ->
     words = (
         f"{there} on this link (system {', '.join(map(str, systems))}); this flight is system {flown[0]}'s"
     )
-    return [("warning", f"{words}: if that is the wrong one, connect to the other alone")]
+    return [("warning", f"{words}: if that is the wrong one, --system names the other")]
 
 
 def loss_words(vehicle: Vehicle, profile: Profile) -> str:

@@ -71,8 +71,15 @@ def _say(words: str) -> Callable[[Situation], str]:
 _AUTOPILOTS = {3: "an ArduPilot", 12: "a PX4"}  # MAV_AUTOPILOT
 
 
+def _awaited(s: Situation) -> str:
+    return s.awaited if s.config.system_id is None else f"system {s.config.system_id} as {s.awaited}"
+
+
 def _instead(s: Situation) -> str:
     """Who was heard instead, and what to do."""
+    if s.other_systems:
+        systems = sorted(s.other_systems)
+        return f"{'systems' if systems[1:] else 'system'} {' and '.join(map(str, systems))} is there: --system names another"
     heard = [name for number, name in _AUTOPILOTS.items() if number in s.overheard]
     if s.no_copters and not heard:
         kinds = " and ".join(f"MAV_TYPE {kind}" for kind in sorted(s.no_copters))
@@ -99,7 +106,7 @@ COURSE: Mapping[State, Row] = {
         State.IDENTIFY,
         within_s=10.0,
         late=Late.NOBODY,
-        words=lambda s: f"nobody answers: no heartbeat of {s.awaited} in 10 s; {_instead(s)}",
+        words=lambda s: f"nobody answers: no heartbeat of {_awaited(s)} in 10 s; {_instead(s)}",
     ),
     State.IDENTIFY: Row(
         actions.identified,
@@ -156,7 +163,6 @@ COURSE: Mapping[State, Row] = {
         actions.at_height,
         State.PRESTREAM,
         ask=actions.ask_takeoff,
-        ask_every_s=2.0,
         within_s=180.0,
         late=Late.COME_DOWN,
         words=lambda s: f"it did not reach its height in 180 s; {s.answer(Command.NAV_TAKEOFF)}",

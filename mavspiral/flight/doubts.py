@@ -39,10 +39,12 @@ class Doubts:
     Args:
         allowed_m: how far the estimate may move within 10 s beside what its speed explains, horizontally. Half of it where
             the receiver says that it has RTK. (The bundled vehicle round the kiosk: 0.1 m with RTK, 0.9 m without.)
+            Also how far it may jump up or down.
 
     Attributes:
         fault: why the position will soon not be known, in words: as long as it is so.
         jump: why it is not what it was, in words, until that is said (`jumped`).
+        shift_ned_m: by how much it is not; and `at_once`: from one position to the next.
     """
 
     def __init__(self, allowed_m: float) -> None:
@@ -55,7 +57,8 @@ class Doubts:
         self._every_ms, self._positions_n = float(_SILENT_MS), 0
         self.fault: str | None = None
         self.jump: str | None = None
-        self.shift_ned_m = (0.0, 0.0)
+        self.shift_ned_m = (0.0, 0.0, 0.0)
+        self.at_once = False
 
     @property
     def misleads(self) -> bool:
@@ -84,9 +87,15 @@ class Doubts:
         was = self._beside_ned_m
         here = self._beside_ned_m = was[0] + north_m, was[1] + east_m
         before = self._before
-        if north_m * north_m + east_m * east_m > self._allowed_m**2:
-            self.jump = f"its position jumped by {math.hypot(north_m, east_m):.1f} m"
-            self.shift_ned_m = north_m, east_m
+        down_m = now[3] - then[3] - half_s * (now[6] + then[6])
+        across = north_m * north_m + east_m * east_m > self._allowed_m**2
+        if across or abs(down_m) > self._most_m:
+            self.jump = (
+                f"its position jumped by {math.hypot(north_m, east_m):.1f} m"
+                if across
+                else f"its height jumped by {-down_m:+.1f} m"
+            )
+            self.shift_ned_m, self.at_once = (north_m, east_m, down_m), True
             before.clear()
         elif not before or now[0] - before[-1][0] >= _EVERY_MS:
             moved = max(
@@ -96,7 +105,7 @@ class Doubts:
             )
             if (away_m := math.hypot(*moved)) > self._allowed_m:
                 self.jump = f"its position moved by {away_m:.1f} m in 10 s otherwise than its speed says"
-                self.shift_ned_m = moved
+                self.shift_ned_m, self.at_once = (*moved, 0.0), False
                 before.clear()
             before.append((now[0], *here))
             while now[0] - before[0][0] > _WINDOW_MS:

@@ -7,7 +7,8 @@ most one record torn, the last; reading ends there, and writing goes on there.
     B  JSON   a flight begins: what is flown, of which plan, from where to where
     A  JSON   where the plan lies: {"shift_enu_m": [east, north, 0]}; without it, as planned
     P  JSON   where it is placed: the vehicle's origin, the legs, when the inspection begins
-    F  JSON   parameters set for the flight and not yet put back: {name: [the vehicle's own value, the one given]}
+    F  JSON   parameters set for the flight and not yet put back: {name: [the vehicle's own value, the one given]}; written
+              at once, since they outlast us
     R  rows   of the flight log, 19 doubles each (`Recorder`)
     E  JSON   an event: [t_us, severity, text]
     S  JSON   pictures: [shot, the vehicle's seconds, the camera's number] each
@@ -36,7 +37,10 @@ from mavspiral.flight.session import Session
 from mavspiral.flight.shutter import Picture
 from mavspiral.frames import GeoPoint, LocalFrame
 
-__all__ = ["JournalWriter", "JournaledFlight", "borrowed_in", "read_journal", "whole_n"]
+__all__ = ["AT_ONCE", "JournalWriter", "JournaledFlight", "borrowed_in", "read_journal", "whole_n"]
+
+AT_ONCE = b"F"
+"""The records that may not wait for the next round of the disk."""
 
 _HEAD = struct.Struct("<cI")
 _CRC = struct.Struct("<I")

@@ -73,6 +73,10 @@ class Listener:
         s = self._s
         if not isinstance(message, Heartbeat):
             return False
+        if s.config.system_id not in (None, message.system_id):
+            if message.is_vehicle:
+                s.other_systems.add(message.system_id)
+            return False
         if not message.is_copter and message.autopilot in self._profiles:
             s.no_copters.add(message.vehicle_type)
             return False

@@ -99,6 +99,8 @@ class Result(IntEnum):
 class SystemStatus(IntEnum):
     """MAV_STATE_*."""
 
+    BOOT = 1
+    CALIBRATING = 2
     STANDBY = 3
     ACTIVE = 4
     CRITICAL = 5

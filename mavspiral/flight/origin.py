@@ -1,11 +1,11 @@
-"""Where the vehicle's local frame begins, for a vehicle that does not say so itself."""
+"""Where the vehicle's local frame begins: worked out for a vehicle that does not say so itself, and followed when it moves."""
 
 from __future__ import annotations
 
-from mavspiral.flight.messages import GlobalPosition, LocalPosition, Origin
-from mavspiral.frames import GeoPoint, LocalFrame, ned_to_enu
+from mavspiral.flight.messages import GlobalPosition, LocalPosition, Origin, Triple
+from mavspiral.frames import GeoPoint, LocalFrame, enu_to_ned, ned_to_enu
 
-__all__ = ["origin_from_pair"]
+__all__ = ["moved_ned_m", "origin_at", "origin_from_pair"]
 
 _SIMULTANEOUS_MS = 50
 
@@ -24,3 +24,15 @@ def origin_from_pair(here: GlobalPosition, local: LocalPosition) -> Origin | Non
     missed_enu_m = LocalFrame(guess).point_enu_m(place) - local_enu_m
     better = LocalFrame(guess).geo_point(missed_enu_m)
     return Origin(better.lat_deg, better.lon_deg, better.alt_amsl_m)
+
+
+def moved_ned_m(then: Origin, now: Origin) -> Triple:
+    """Where the origin `now` lies in the frame that begins at `then`."""
+    north_m, east_m, down_m = enu_to_ned(LocalFrame(GeoPoint(*then)).point_enu_m(GeoPoint(*now))).tolist()
+    return north_m, east_m, down_m
+
+
+def origin_at(origin: Origin, place_ned_m: Triple) -> Origin:
+    """The origin that lies at `place_ned_m` of the frame that begins at `origin`."""
+    place = LocalFrame(GeoPoint(*origin)).geo_point(ned_to_enu(place_ned_m))
+    return Origin(place.lat_deg, place.lon_deg, place.alt_amsl_m)

@@ -67,6 +67,8 @@ class SessionConfig:
         dry_run: do everything but arm; nothing is set either.
         question: what must be approved after the checks, before anything is set or armed; empty if nothing.
         planned_for: the autopilot that the mission names, if it names one; another one is told of.
+        home_height_enu_m: how high in the plan's ENU the mission has its home; NaN where it does not say.
+        system_id: which MAVLink system is flown; None for the first vehicle that is heard.
     """
 
     rate_hz: float = 50.0
@@ -84,6 +86,8 @@ class SessionConfig:
     dry_run: bool = False
     question: str = ""
     planned_for: str | None = None
+    home_height_enu_m: float = math.nan
+    system_id: int | None = None
 
     def __post_init__(self) -> None:
         """Checks the rate."""

@@ -55,6 +55,7 @@ class Profile:
         return_height: parameter that says at which height above home its own Return flies.
         pitfalls: what follows, in words, where one of `failsafes` is not as it must be; those that are not here are judged
             by what they are.
+        forbidding: those of the pitfalls with which it is not flown.
         failsafes: what each parameter that makes a lost link safe must be, from what it is and the height
             above home, in metres, over which a straight way home is free.
         low_battery: parameter whose values but 0 make it act on a low battery by itself, and what that is near a building.
@@ -101,6 +102,7 @@ class Profile:
     return_height: str
     failsafes: Mapping[str, Callable[[float, float], float]]
     pitfalls: Mapping[str, str]
+    forbidding: frozenset[str]
     low_battery: tuple[str, str] | None
     unguarded: str | None
     damping: str | None

@@ -123,13 +123,16 @@ PX4 = Profile(
         "RTL_CONE_ANG": lambda _now, _safe: 0,
         "RTL_TYPE": lambda _now, _safe: 0,
         "COM_LOW_BAT_ACT": lambda now, _: now if now in _ACTS else _RETURN_OR_LAND,
+        "COM_TAKEOFF_ACT": lambda _now, _safe: 0,
     },
     pitfalls={
         "COM_RCL_EXCEPT": "it leaves OFFBOARD when the pilot's sticks are lost, or where there are none",
         "RTL_CONE_ANG": "near home its own Return stays below RTL_RETURN_ALT, maybe beside the building",
         "RTL_TYPE": "its own Return may follow a mission that it still holds, instead of the straight way home",
         "COM_LOW_BAT_ACT": "an empty battery it only warns of",
+        "COM_TAKEOFF_ACT": "after its take-off it flies a mission that it still holds, not this one",
     },
+    forbidding=frozenset({"COM_TAKEOFF_ACT"}),
     low_battery=(
         "COM_LOW_BAT_ACT",
         "a battery that fails at once (below BAT_CRIT_THR) is its own affair: it returns straight over the building, and "

@@ -123,9 +123,9 @@ class Reference:
             self.accelerations + rate_per_s[:, None] * velocity,
         )
 
-    def shifted(self, north_m: float, east_m: float) -> Reference:
+    def shifted(self, north_m: float, east_m: float, down_m: float) -> Reference:
         """The same motion elsewhere."""
-        there = self.values + np.array([north_m, east_m, 0.0, 0.0])
+        there = self.values + np.array([north_m, east_m, down_m, 0.0])
         return Reference(self.knot_s, there, self.rates, self.accelerations)
 
     @property

@@ -48,6 +48,7 @@ class Situation:
         parameter_us: when it last told a parameter that it had not told before.
         awaited: the autopilots that it may be, in words.
         overheard: MAV_AUTOPILOT of others that were heard instead.
+        other_systems: who was heard that is not the system which is to be flown.
         no_copters: MAV_TYPE of what was heard with such an autopilot and is no multicopter.
         origin: the origin that `to_vehicle` was made from.
         begins_enu_m: where the trajectory does, above home.
@@ -80,6 +81,7 @@ class Situation:
     inspection_ends_s: float = math.nan
     awaited: str = ""
     overheard: set[int] = field(default_factory=set)
+    other_systems: set[int] = field(default_factory=set)
     no_copters: set[int] = field(default_factory=set)
     reference: Reference | None = None
     follower: Follower | None = None

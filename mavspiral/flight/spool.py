@@ -39,7 +39,7 @@ class Spool:
         self._pending: deque[bytes] = deque()
         self._pending_n = 0
         self._written_n = 0
-        self._over = threading.Event()
+        self._over, self._hurry = threading.Event(), threading.Event()
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
@@ -60,18 +60,27 @@ class Spool:
         self._pending_n += len(data)
         self._pending.append(data)
 
+    def hurry(self) -> None:
+        """Have what was taken on the disk as soon as it can be, without waiting for that."""
+        self._hurry.set()
+
     def close(self) -> None:
         """Append what is left and close the file."""
         self._over.set()
+        self._hurry.set()
         self._thread.join()
         os.close(self._file)
 
     def _run(self) -> None:
         run_first()
         rounds_n = 0
-        while not self._over.wait(_EVERY_S):
+        while True:
+            hurries = self._hurry.wait(_EVERY_S)
+            if self._over.is_set():
+                break
+            self._hurry.clear()
             rounds_n += 1
-            self._empty(sync=rounds_n % _SYNC_EVERY_N == 0)
+            self._empty(sync=hurries or rounds_n % _SYNC_EVERY_N == 0)
         self._empty(sync=True)
 
     def _empty(self, *, sync: bool) -> None:

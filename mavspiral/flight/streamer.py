@@ -51,7 +51,11 @@ class Streamer:
         self.recorder.row(now_us, vehicle_us, self._leg, (path_t_s, rate), follower.due, s.vehicle)
         if (gap_s := schedule.sent(now_us)) > _STALL_S:
             s.tell("warning", f"no setpoint went out for {gap_s:.2f} s")
-        profile = s.profile
+        profile, offset_ned_m = s.profile, s.vehicle.offset_ned_m
+        if offset_ned_m is not None:
+            north_m, east_m, down_m, *rest = setpoint
+            n, e, d = offset_ned_m
+            setpoint = (north_m + n, east_m + e, down_m + d, *rest)  # type: ignore[assignment]
         return s.link.setpoint(
             int(vehicle_us / 1000),
             setpoint,

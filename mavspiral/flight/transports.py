@@ -76,8 +76,8 @@ def judge_url(url: str) -> _Address:
     return _Address(kind, address[2] or "0.0.0.0", int(address[3]))
 
 
-def open_transport(url: str) -> Transport:
-    """The link at `url`.
+def open_transport(url: str, system_id: int | None = None) -> Transport:
+    """The link at `url`; where several call at one UDP port, to the one of that MAVLink system.
 
     Raises:
         InputError: the URL cannot be read (`judge_url`), or its port is taken.
@@ -88,15 +88,18 @@ def open_transport(url: str) -> Transport:
     if address.kind == "serial":
         return _Serial(host, number)
     if address.kind in ("udpin", "udpout"):
-        return _Udp(host, number, listens=address.kind == "udpin")
+        return _Udp(host, number, listens=address.kind == "udpin", system_id=system_id)
     return _Tcp(_dialled(host, number) if address.kind == "tcp" else _called(host, number))
 
 
 class _Udp:
-    """A datagram socket. A listening one answers whoever speaks first, until that one falls silent."""
+    """A datagram socket. A listening one answers whoever speaks first, until that one falls silent.
 
-    def __init__(self, host: str, port: int, *, listens: bool) -> None:
-        self._listens = listens
+    Where it is for one MAVLink system, it answers nobody else; until that one speaks, all others are heard.
+    """
+
+    def __init__(self, host: str, port: int, *, listens: bool, system_id: int | None) -> None:
+        self._listens, self._system_id = listens, system_id
         self._heard_s = 0.0
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
@@ -133,21 +136,32 @@ class _Udp:
                 return bytes(data)
             except OSError:  # nobody there yet, or the network is away for now
                 return bytes(data)
-            if datagram[:1] in _MAGICS and self._is_ours(peer):
+            if datagram[:1] in _MAGICS and self._is_ours(peer, datagram):
                 data += datagram
 
-    def _is_ours(self, peer: tuple[object, ...]) -> bool:
+    def _is_ours(self, peer: tuple[object, ...], datagram: bytes) -> bool:
         now_s = time.monotonic()
         silent = now_s - self._heard_s > _PEER_SILENT_S
-        if self._listens and peer != self._peer and silent:
+        if (
+            self._listens
+            and peer != self._peer
+            and silent
+            and self._system_id in (None, _system_of(datagram))
+        ):
             self._peer = peer
         if peer != self._peer:
-            return not self._listens
+            return not self._listens or self._peer is None
         self._heard_s = now_s
         return True
 
     def close(self) -> None:
         self._socket.close()
+
+
+def _system_of(datagram: bytes) -> int | None:
+    """Who has sent its first frame."""
+    at = 5 if datagram[:1] == _MAGICS[0] else 3
+    return datagram[at] if len(datagram) > at else None
 
 
 def _dialled(host: str, port: int) -> socket.socket:

@@ -34,7 +34,8 @@ _TELL_US = 3_000_000
 class Upload:
     """Uploads `lists`, which were made for the autopilot `firmware` (None: for any).
 
-    With a `signer` all that goes out is signed, and what it does not accept has not come in.
+    With a `signer` all that goes out is signed, and what it does not accept has not come in. `system_id` says whose it is; else
+    it is the first vehicle's that is heard.
     """
 
     def __init__(
@@ -44,10 +45,12 @@ class Upload:
         *,
         tap: Callable[[int, bytes], None] | None = None,
         signer: Signer | None = None,
+        system_id: int | None = None,
     ) -> None:
         self.outcome: Outcome | None = None
         self.differences: tuple[str, ...] = ()
-        self._lists, self._firmware = lists, firmware
+        self._lists, self._firmware, self._system_id = lists, firmware, system_id
+        self._others: set[int] = set()
         self._link = Link(tap, signer)
         self._upload: PlanUpload | None = None
         self._heartbeats = Schedule(_HEARTBEAT_US)
@@ -65,8 +68,10 @@ class Upload:
         try:
             if self._upload is None:
                 known = [beat for beat in messages if isinstance(beat, Heartbeat) and _is_known(beat)]
-                if known:
-                    self._upload = self._met(known[0])
+                meant = [beat for beat in known if self._system_id in (None, beat.system_id)]
+                self._others |= {beat.system_id for beat in known if beat not in meant}
+                if meant:
+                    self._upload = self._met(meant[0])
                 elif now_us - self._begun_us > _NOBODY_US:
                     raise self._nobody()
             elif self.outcome is None:
@@ -97,6 +102,11 @@ class Upload:
             return LinkError(
                 f"no vehicle within 10 s that signs with our key: {self._link.refused_n} frames refused. "
                 "Fix: the vehicle's own key as --signing"
+            )
+        if self._others:
+            there = ", ".join(map(str, sorted(self._others)))
+            return LinkError(
+                f"no system {self._system_id} within 10 s, but {there}. Fix: --system with one of them, or connect to the other"
             )
         return LinkError("no vehicle within 10 s. Fix: start it, or check the address")
 

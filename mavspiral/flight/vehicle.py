@@ -38,7 +38,11 @@ _SLOTS: dict[type, str] = {
 
 @dataclass(slots=True)
 class Vehicle:
-    """The newest of each message; None until it has come."""
+    """The newest of each message; None until it has come.
+
+    `offset_ned_m` is where the frame that the flight began in lies in the vehicle's own, once that has moved: positions here
+    are of the first.
+    """
 
     heartbeat: Heartbeat | None = None
     local: LocalPosition | None = None
@@ -51,18 +55,28 @@ class Vehicle:
     extended: ExtendedSysState | None = None
     results: dict[int, int] = field(default_factory=dict)
     parameters: dict[str, ParamValue] = field(default_factory=dict)
+    offset_ned_m: Triple | None = None
 
     def note(self, message: Message) -> None:
         """Remember `message` in place of the one before."""
         if isinstance(message, LocalPosition):
             if math.isfinite(sum(message)):
-                self.local = message
+                offset = self.offset_ned_m
+                self.local = message if offset is None else _displaced(message, offset, -1.0)
         elif (slot := _SLOTS.get(message.__class__)) is not None:
             setattr(self, slot, message)
         elif isinstance(message, CommandAck):
             self.results[message.command] = message.result
         elif isinstance(message, ParamValue):
             self.parameters[message.name] = message
+
+    def reckon_from(self, offset_ned_m: Triple | None) -> None:
+        """From now on the frame that the flight began in lies there in the vehicle's own; its newest position is that then."""
+        if self.local is not None and self.offset_ned_m is not None:
+            self.local = _displaced(self.local, self.offset_ned_m, 1.0)
+        self.offset_ned_m = offset_ned_m
+        if self.local is not None and offset_ned_m is not None:
+            self.local = _displaced(self.local, offset_ned_m, -1.0)
 
     @property
     def armed(self) -> bool:
@@ -97,3 +111,8 @@ class Vehicle:
     def yaw_ned_rad(self) -> float:
         """The estimate; NaN while unknown."""
         return self.attitude.yaw_ned_rad if self.attitude else math.nan
+
+
+def _displaced(local: LocalPosition, by_ned_m: Triple, times: float) -> LocalPosition:
+    n, e, d = (times * metres for metres in by_ned_m)
+    return local._replace(north_m=local.north_m + n, east_m=local.east_m + e, down_m=local.down_m + d)

@@ -1,6 +1,6 @@
 """What is watched at every step of a flight, beside its course: `Watch.finds` gives the first thing that changes it.
 
-In this order: silence (the link is lost), a mode that we did not ask for (hands off), a local origin that moves, a position
+In this order: silence (the link is lost), a clock that begins anew, a mode that we did not ask for (hands off), a local origin that moves, a position
 that is not to be trusted, a height that is not held, a vehicle that does not follow, an empty battery (fly home). Each is
 looked at only when what it looks at may have changed.
 """
@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from mavspiral.errors import LinkError
+from mavspiral.flight.anchor import Anchor
 from mavspiral.flight.checks import loss_words
 from mavspiral.flight.course import Row
 from mavspiral.flight.doubts import Doubts
@@ -36,7 +37,8 @@ _RECKONS_S = 5.0
 
 _ON_THE_WAY = frozenset({State.ALIGN, State.STREAM, State.HOLD, State.BRAKE, State.RETURN})
 _FLIES = _ON_THE_WAY - {State.ALIGN}
-_GOES_HOME = frozenset({State.BRAKE, State.RETURN, State.LAND})
+_CLIMBS = frozenset({State.TAKEOFF, State.PRESTREAM, State.OFFBOARD})
+_GOES_HOME = frozenset({State.BRAKE, State.RETURN, State.LEAVE, State.HAND_OVER, State.LAND})
 _INSPECTS = frozenset({State.STREAM, State.HOLD})
 
 
@@ -54,6 +56,12 @@ def link_lost(s: Situation, row: Row, reason: str) -> Finding:
     return Finding(words, exit_code=LinkError.exit_code)
 
 
+def _rebooted(row: Row, why: str) -> Finding:
+    if row.modes is None:
+        return Finding(f"the vehicle has rebooted ({why}); begin again once it is ready")
+    return Finding(f"the vehicle has rebooted in flight ({why}); nothing more is sent to it: take over")
+
+
 class Watch:
     """Watches one flight.
 
@@ -68,6 +76,7 @@ class Watch:
         self._send = send
         self._battery, self._battery_looks = Battery(), Schedule(_BATTERY_AGAIN_US)
         self._sinking = Sinking()
+        self._anchor = Anchor(situation, send)
         self._origin_requests = Schedule(_ORIGIN_AGAIN_US)
         self._modes: frozenset[int] = frozenset()
         self._begun_at: Origin | None = None  # the origin that the flight began with
@@ -97,18 +106,22 @@ class Watch:
         if now_us > s.heard_us and (found := self._silence(row)):
             return found
         beat = vehicle.heartbeat
+        if s.clock.jump_s and (found := self._jumped_clock(state, row)):
+            return found
         if row.modes is None or beat is None:
             return None
         if beat is not self._beat and (found := self._hands(beat, row)):
             return found
         if not beat.armed:
             return None
-        if (vehicle.origin is not s.origin or now_us >= self._origin_requests.due_us) and (
-            found := self._moved_origin(state)
-        ):
-            return found
-        if (doubts.fault or doubts.jump) and (found := self._doubted_position(state)):
-            return found
+        anchor = self._anchor
+        if not (doubts.jump or vehicle.origin is not anchor.known) or anchor.settled(doubts):
+            if (vehicle.origin is not anchor.known or now_us >= self._origin_requests.due_us) and (
+                found := self._moved_origin(state)
+            ):
+                return found
+            if (doubts.fault or doubts.jump) and (found := self._doubted_position(state)):
+                return found
         if follower is None:
             self._following_us = self._watched_us = now_us
         else:
@@ -129,8 +142,21 @@ class Watch:
             return link_lost(s, row, f"link lost: nothing came for {silence_s:.0f} s")
         return None
 
+    def _jumped_clock(self, state: State, row: Row) -> Finding | None:
+        """Hands off one that has rebooted: it flies by nothing that it was told before."""
+        clock = self._s.clock
+        jump_s, clock.jump_s = clock.jump_s, 0.0
+        if jump_s > 0.0:
+            self._s.tell(
+                "warning", f"the vehicle's clock jumped by {jump_s:.1f} s; the flight goes on as it was"
+            )
+            return None
+        return None if state is State.RESTORE else _rebooted(row, f"its clock went back by {-jump_s:.0f} s")
+
     def _hands(self, beat: Heartbeat, row: Row) -> Finding | None:
         """Hands off as soon as somebody else flies it."""
+        if beat.system_status in (SystemStatus.BOOT, SystemStatus.CALIBRATING):
+            return _rebooted(row, "it says that it is starting up")
         if not beat.armed:
             return None if row.may_disarm else Finding("the vehicle disarmed by itself")
         self._beat = beat
@@ -147,16 +173,18 @@ class Watch:
         s = self._s
         if self._origin_requests.take(s.now_us):
             self._send(s.link.command(Command.REQUEST_MESSAGE, MessageId.GPS_GLOBAL_ORIGIN))
-        now, then = s.vehicle.origin, s.origin
-        if now is None or then is None:
+        told, then = s.vehicle.origin, s.origin
+        if told is None or then is None:
             return None
         self._begun_at = self._begun_at or then
-        s.origin = now
+        now = s.origin = self._anchor.origin(told)
         if now == then:
             return None
         moved_m = math.hypot(*LocalFrame(GeoPoint(*self._begun_at)).point_enu_m(GeoPoint(*now)))
         words = f"the vehicle's local origin moved by {moved_m:.2f} m in flight"
         if moved_m > s.config.governor.reserve_m and state not in _GOES_HOME:
+            if state in _CLIMBS:
+                return Finding(f"{words}; landing", State.LAND)
             return Finding(f"{words}; flying home", State.BRAKE)
         if abs(moved_m - self._moved_m) >= _ORIGIN_STEP_M:
             self._moved_m = moved_m
@@ -180,7 +208,10 @@ class Watch:
             return Finding(words, State.LAND)
         if jumped and not fault and s.follower is not None:
             s.tell("warning", f"{jumped}; going on home from there")
-            s.follower.reference = s.follower.reference.shifted(*doubts.shift_ned_m)
+            north_m, east_m, down_m = doubts.shift_ned_m
+            # It may climb after a height that jumped, never come down: there is the roof.
+            up_m = 0.0 if math.hypot(north_m, east_m) > abs(down_m) else max(0.0, -down_m)
+            s.follower.reference = s.follower.reference.shifted(north_m, east_m, -up_m)
         return None
 
     def _lost_height(self, state: State, follower: Follower) -> Finding | None:

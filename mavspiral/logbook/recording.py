@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from types import TracebackType
 
-from mavspiral.flight.journal import whole_n
+from mavspiral.flight.journal import AT_ONCE, whole_n
 from mavspiral.flight.spool import Spool
 
 __all__ = ["Recording"]
@@ -34,9 +34,11 @@ class Recording:
             self._spools["tlog"].write(data)
 
     def journal(self, data: bytes) -> None:
-        """Append to the journal."""
+        """Append a record to the journal."""
         if self._spools:
             self._spools["journal"].write(data)
+            if data[:1] in AT_ONCE:
+                self._spools["journal"].hurry()
 
     def news(self) -> tuple[str, ...]:
         """Which files have begun to fail since the last time, in words: while it flies, there is time to take over."""

@@ -17,6 +17,7 @@ UNSAFE = {
     "RTL_CONE_ANG": 45,
     "RTL_TYPE": 2,
     "COM_LOW_BAT_ACT": 0,
+    "COM_TAKEOFF_ACT": 0,
     "MPC_XY_VEL_D_ACC": 0.2,
 }
 SAFE = {

@@ -9,6 +9,7 @@ import pytest
 from fake_flight import PLAN_ORIGIN, fly, make_session
 
 from mavspiral.errors import InputError
+from mavspiral.flight import spool as spools
 from mavspiral.flight.journal import JournalWriter, borrowed_in, read_journal, whole_n
 from mavspiral.flight.spool import Spool
 from mavspiral.frames import LocalFrame
@@ -117,6 +118,17 @@ def test_it_is_in_the_file_within_a_second_without_being_closed(tmp_path, monkey
         time.sleep(0.01)
     assert max(rest_s for rest_s in rests_s if rest_s is not None) <= 0.5
     spool.close()
+
+
+def test_what_outlasts_us_is_in_the_file_at_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(spools, "_EVERY_S", 1e6)
+    with Recording(tmp_path, "hut") as recording:
+        recording.journal(b"E, which may wait")
+        recording.journal(b"F, which may not")
+        until = time.monotonic() + 60.0
+        while (tmp_path / "hut.journal").read_bytes() != b"E, which may waitF, which may not":
+            assert time.monotonic() < until
+            time.sleep(0.01)
 
 
 def test_a_disk_that_fails_costs_log_and_nothing_else():

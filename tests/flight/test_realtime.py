@@ -444,3 +444,26 @@ def test_a_taken_tcp_port_is_named():
         port = taken.getsockname()[1]
         with pytest.raises(InputError, match=f"TCP port {port} is taken"):
             open_transport(f"tcpin:127.0.0.1:{port}")
+
+
+def test_of_several_at_one_port_the_one_that_is_named_is_answered():
+    port = free_port()
+    with (
+        contextlib.closing(open_transport(f"udpin://127.0.0.1:{port}", 2)) as link,
+        contextlib.ExitStack() as open_,
+    ):
+        vehicles = {}
+        for system in (1, 2):
+            vehicles[system] = open_.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            vehicles[system].settimeout(LIMIT_S)
+            vehicles[system].sendto(bytes((0xFD, 0, 0, 0, 0, system)), ("127.0.0.1", port))
+            assert link.receive(LIMIT_S)[5] == system, "who else is there is heard until it comes"
+            if system == 1:
+                link.send(bytes((0xFD, *[0] * 11)))
+        vehicles[1].sendto(bytes((0xFD, 0, 0, 0, 0, 1)), ("127.0.0.1", port))
+        vehicles[2].sendto(bytes((0xFD, 0, 0, 0, 0, 2)), ("127.0.0.1", port))
+        link.send(bytes((0xFD, *[0] * 11)))
+        assert len(vehicles[2].recv(100)) == 12
+        vehicles[1].setblocking(False)
+        with pytest.raises(BlockingIOError):
+            vehicles[1].recv(100)

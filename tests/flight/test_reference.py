@@ -124,11 +124,11 @@ def test_begun_at_rest_it_is_the_motion_itself(reference):
 
 
 def test_shifted_it_is_the_same_motion_elsewhere(reference):
-    there = reference.shifted(2.0, -3.0)
+    there = reference.shifted(2.0, -3.0, 1.0)
     for t_s in (0.0, 7.0, 50.0):
         was, now = reference.at(t_s), there.at(t_s)
         assert np.subtract(now.position_ned_m, was.position_ned_m) == pytest.approx(
-            (2.0, -3.0, 0.0), abs=1e-9
+            (2.0, -3.0, 1.0), abs=1e-9
         )
         assert now.velocity_ned_mps == pytest.approx(was.velocity_ned_mps)
         assert now[3:] == pytest.approx(was[3:])

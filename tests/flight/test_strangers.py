@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 from fake_flight import HOME, VEHICLE_ORIGIN, fly, make_session
-from fake_px4 import FakePx4
+from fake_px4 import LOITER, TAKEOFF, FakePx4
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega
 from pymavlink.dialects.v20 import common as mavlink
@@ -143,8 +143,31 @@ def test_a_second_copter_on_the_link_is_said_and_which_of_them_flies(px4):
     fly(session, px4, down=down, until=lambda: session.state is State.ARM)
     assert words(session) == [
         "another copter is on this link (system 2); this flight is system 1's: "
-        "if that is the wrong one, connect to the other alone"
+        "if that is the wrong one, --system names the other"
     ]
+
+
+def test_the_one_of_several_copters_that_is_named_is_flown(px4):
+    session = make_session(SessionConfig(system_id=1), profiles=(PX4, ARDUPILOT))
+    down = beside(2, 1, QUADROTOR, ARDUPILOTMEGA, 0, 0, 3)
+    fly(session, px4, down=down, until=lambda: session.state is State.TAKEOFF)
+    assert px4.armed and session.profile is PX4 and words(session) == []
+
+
+def test_one_that_is_named_and_not_there_is_said_and_who_is(px4):
+    session = make_session(SessionConfig(system_id=7))
+    fly(session, px4)
+    assert session.outcome.exit_code == 3 and not px4.commands
+    assert session.outcome.reason == (
+        "nobody answers: no heartbeat of system 7 as PX4 in 10 s; system 1 is there: --system names another"
+    )
+
+
+def test_a_plan_is_uploaded_to_the_one_of_several_that_is_named():
+    upload = Upload({}, None, system_id=2)
+    for number, system in enumerate((1, 3, 2)):
+        upload.step(1_000_000 * number, beat_of(mavlink.MAVLink(None, system, 1), QUADROTOR))
+        assert upload._link.vehicle == ((2, 1) if system == 2 else None)
 
 
 def test_a_rover_alone_is_named_as_what_it_is(px4):
@@ -375,3 +398,122 @@ def test_a_plan_is_uploaded_to_any_vehicle_and_to_no_gimbal(vehicle_type, compon
 
 def beat_of(sender, vehicle_type):
     return mavlink.MAVLink_heartbeat_message(vehicle_type, mavlink.MAV_AUTOPILOT_PX4, 0, 0, 4, 3).pack(sender)
+
+
+class FliesOnAfterTakeOff(FakePx4):
+    """COM_TAKEOFF_ACT 1: into the mission that it holds."""
+
+    def __init__(self, *args):
+        super().__init__(*args)
+        self.parameters |= {"COM_TAKEOFF_ACT": 1, "COM_RCL_EXCEPT": 4, "RTL_CONE_ANG": 0, "RTL_TYPE": 0}
+        self.parameters |= {"RTL_RETURN_ALT": 60.0, "COM_LOW_BAT_ACT": 3}
+
+    def _move(self, dt):
+        before = self.mode
+        super()._move(dt)
+        if self.parameters["COM_TAKEOFF_ACT"] and (before, self.mode) == (TAKEOFF, LOITER):
+            self.mode = 4 << 16 | 4 << 24
+
+
+def test_one_that_would_fly_a_mission_of_its_own_after_take_off_stays_on_the_ground():
+    px4, session = FliesOnAfterTakeOff(VEHICLE_ORIGIN, HOME), make_session()
+    fly(session, px4)
+    assert session.outcome.state is State.CHECK and not px4.armed
+    assert (
+        "COM_TAKEOFF_ACT = 1: after its take-off it flies a mission that it still holds"
+        in session.outcome.reason
+    )
+
+
+def test_that_is_set_for_a_flight_that_sets_failsafes_and_put_back():
+    px4, session = (
+        FliesOnAfterTakeOff(VEHICLE_ORIGIN, HOME),
+        make_session(SessionConfig(set_failsafes=True, safe_height_enu_m=40.0)),
+    )
+    fly(session, px4)
+    assert session.outcome.ok
+    assert px4.set_parameters == [("COM_TAKEOFF_ACT", 0), ("COM_TAKEOFF_ACT", 1)]
+
+
+class TakesOffHigher(FakePx4):
+    """To MIS_TAKEOFF_ALT, whatever less it is told."""
+
+    least_m = 0.0
+
+    def _command_22(self, m):
+        m.param7 = max(m.param7, self.origin[2] - self.ground_down_m + self.least_m)
+        return super()._command_22(m)
+
+
+@pytest.mark.parametrize(("higher_m", "flies"), [(3.0, True), (9.0, False)])
+def test_one_that_takes_off_higher_than_it_is_told_is_joined_from_there_or_landed(higher_m, flies):
+    px4, session = TakesOffHigher(VEHICLE_ORIGIN, HOME), make_session()
+    px4.least_m = 20.0 + higher_m
+    end_us = fly(session, px4)
+    assert session.outcome.ok is flies and end_us < 150e6
+    if not flies:
+        assert "it hovers 8." in session.outcome.reason or "it hovers 9." in session.outcome.reason
+
+
+def test_a_patience_shorter_than_a_links_hiccup_is_said(px4):
+    px4.parameters["COM_OF_LOSS_T"] = 0.1
+    session = make_session(SessionConfig(dry_run=True))
+    fly(session, px4)
+    assert [
+        text
+        for text in words(session)
+        if text.startswith("COM_OF_LOSS_T = 0.1 s: a setpoint that is so late")
+    ]
+
+
+class SpeaksVersion1(FakePx4):
+    """In MAVLink 1 only; what is said to it in MAVLink 2 it may not understand."""
+
+    deaf = False
+
+    def _send(self, message):
+        self._out.append(message.pack(self._mav, force_mavlink1=True))
+        self._mav.seq = (self._mav.seq + 1) % 256
+
+    def step(self, now_us, frames):
+        return super().step(now_us, [] if self.deaf else frames)
+
+
+def test_one_that_speaks_mavlink_1_is_flown():
+    px4, session = SpeaksVersion1(VEHICLE_ORIGIN, HOME), make_session()
+    fly(session, px4)
+    assert session.outcome.ok and not [text for text in words(session) if "could not be read" not in text]
+
+
+def test_one_that_answers_nothing_is_said_so_before_it_is_asked_to_arm():
+    px4, session = SpeaksVersion1(VEHICLE_ORIGIN, HOME), make_session()
+    px4.deaf = True
+    end_us = fly(session, px4)
+    assert session.outcome.state is State.CHECK and session.outcome.exit_code == 3
+    assert "answers nothing that it is asked" in session.outcome.reason
+    assert end_us < 35e6
+
+
+@pytest.mark.parametrize(
+    ("home_m", "severity"), [(27.0, "error"), (-33.0, "error"), (-9.0, "warning"), (-3.5, None)]
+)
+def test_a_home_at_another_height_than_the_mission_has_it_is_told(px4, home_m, severity):
+    """It stands 3 m below the plan's ground, and says so: by a datum that is not the plan's."""
+    session = make_session(SessionConfig(home_height_enu_m=home_m, dry_run=True))
+    fly(session, px4)
+    if severity == "error":
+        told = [session.outcome.reason]
+    else:
+        told = [text for text in words(session) if "where the mission has its home" in text]
+    assert len(told) == (severity is not None)
+    if severity:
+        off_m = -3.0 - home_m
+        assert f"flown {abs(off_m):.0f} m too {'low' if off_m > 0 else 'high'}" in told[0]
+    assert session.outcome.ok is (severity != "error")
+
+
+def test_one_that_stands_in_another_country_is_told_so_at_once():
+    px4, session = FakePx4((40.05, -1.93, 900.0), HOME), make_session()
+    fly(session, px4)
+    assert session.outcome.state is State.ORIGIN or session.outcome.state is State.ROUTE
+    assert "km away from the building: the wrong mission, or a wrong position" in session.outcome.reason

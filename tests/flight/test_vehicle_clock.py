@@ -52,6 +52,26 @@ def test_a_reboot_is_a_new_beginning():
     assert clock.at(last_us + 20_000 + 1_980_000) == pytest.approx(1_980_000, abs=1)
 
 
+def test_a_jump_is_told_once_it_is_sure():
+    clock = VehicleClock()
+    last_us = heard(clock, 1.0)
+    before_s = 1e-6 * clock.at(last_us)
+    for k in range(1, 5):
+        clock.observe(last_us + 20_000 * k, 20 * k)
+        assert clock.jump_s == 0.0 and clock.jumps
+    clock.observe(last_us + 100_000, 100)
+    assert clock.jump_s == pytest.approx(-before_s, abs=0.01) and not clock.jumps
+
+
+def test_an_observation_that_was_overtaken_by_seconds_is_no_jump():
+    clock = VehicleClock()
+    for k in range(150, 1000):
+        clock.observe(20_000 * k, 20 * k)
+        if k % 10 == 0:
+            clock.observe(20_000 * k + 5_000, 20 * k - 2000)
+    assert clock.jump_s == 0.0
+
+
 def test_two_messages_at_once_do_no_harm():
     clock = VehicleClock()
     clock.observe(1000, 10)

@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from pymavlink.dialects.v20 import common as mavlink
 
 ROOT = Path(__file__).parents[2]
 
@@ -261,6 +262,31 @@ def test_fly_to_nobody_exits_3_and_a_bad_or_taken_link_exits_2(tmp_path):
     answer = run("fly", "missions/kiosk.toml", "--connect", "pigeon://roof", "--yes", "--out", tmp_path)
     assert answer.returncode == 2
     assert "pigeon" in answer.stderr
+
+
+def test_an_upload_to_a_system_that_is_not_there_names_who_is():
+    beat = mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 3, 3).pack(mavlink.MAVLink(None, 3, 1))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle:
+        vehicle.bind(("127.0.0.1", 0))
+        port = vehicle.getsockname()[1]
+        verb = subprocess.Popen(
+            [sys.executable, "-m", "mavspiral.cli", "upload", "tests/golden/kiosk.plan", "--system", "7",
+             "--connect", f"udpout://127.0.0.1:{port}"],
+            stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT,
+        )  # fmt: skip
+        _, ours = vehicle.recvfrom(1000)
+        vehicle.sendto(beat, ours)
+        stdout, stderr = verb.communicate(timeout=120)
+    assert verb.returncode == 3, stderr
+    assert "no system 7 within 10 s, but 3. Fix: --system" in stdout + stderr
+
+
+@pytest.mark.parametrize("number", ["0", "256", "two"])
+def test_a_system_that_cannot_be_exits_2(number):
+    answer = run(
+        "fly", "missions/kiosk.toml", "--connect", "udpin://127.0.0.1:9", "--system", number, "--yes"
+    )
+    assert answer.returncode == 2 and "--system" in answer.stderr and "Fix:" in answer.stderr
 
 
 @pytest.mark.parametrize("place", ["nan,nan", "91,0", "1,inf", "roof"])
