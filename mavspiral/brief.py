@@ -37,7 +37,9 @@ __all__ = [
     "with_keepouts",
 ]
 
-HOME_AWAY_M = 35.0
+HOME_AWAY_M, HOME_SEARCHED_M = 35.0, 500.0
+HOME_SPARE_M = 2.0
+"""A home that nobody named is so far from the building or, on a way of so much, the first place that has so much to spare."""
 REACH_M = 2000.0
 """Homes and keep-outs farther from the building than this are taken for slips."""
 
@@ -258,11 +260,11 @@ def home_enu_m(mission: Mission, site: Site, solids: Solids, required_m: float) 
                 f"{REACH_M / 1000:g} km are flown. Fix: home is [latitude, longitude]"
             )
         return home
-    away_m = np.arange(HOME_AWAY_M, HOME_AWAY_M + 500.0, 1.0)
+    away_m = np.arange(HOME_AWAY_M, HOME_AWAY_M + HOME_SEARCHED_M, 1.0)
     places = np.column_stack(
         [-away_m / math.sqrt(2), -away_m / math.sqrt(2), np.full(len(away_m), -HOME_LOWER_M)]
     )
-    free = np.flatnonzero(solids.distance_m(places) >= required_m + 2.0)
+    free = np.flatnonzero(solids.distance_m(places) >= required_m + HOME_SPARE_M)
     if not len(free):
         raise InputError("no free place for a home was found. Fix: set [vehicle] home = [lat, lon]")
     return np.asarray(places[free[0]])

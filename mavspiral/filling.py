@@ -21,14 +21,12 @@ from mavspiral.survey.seeable import Room, with_best_poses
 from mavspiral.tour.order import quickest_order
 from mavspiral.tour.passes import Pass, flown_in_order, tour_of
 from mavspiral.tour.route import route_of
-from mavspiral.tour.transit import MARGIN_M, Ways
+from mavspiral.tour.transit import JOINABLE_M, MARGIN_M, Ways
 
 __all__ = ["filled", "flyable", "unasked_courts", "with_seeable"]
 
 ROUNDS = 2
 """Fills are looked for, flown and measured so often at the most: a plan with gaps costs so many more proofs and surveys."""
-JOINABLE_M = 0.1
-"""A fill keeps so much more than the clearance of the transits that join it."""
 
 
 def with_seeable(inspection: Inspection, ways: Ways, headway: Headway = to_nobody) -> Inspection:

@@ -25,7 +25,7 @@ from mavspiral.tour.passes import Pass, retimed
 from mavspiral.tour.retreat import retreat
 from mavspiral.tour.route import route_of, ways_of
 from mavspiral.tour.sorties import Sortie, digest_of, plan_sorties, shots_on, stretch
-from mavspiral.tour.transit import MARGIN_M, Look, transit_legs
+from mavspiral.tour.transit import JOINABLE_M, MARGIN_M, Look, transit_legs
 
 __all__ = ["Inspection"]
 
@@ -194,7 +194,7 @@ class Inspection:
             solids=ways.solids,
             radius_m=ways.radius_m,
         )
-        spare_m = float(ways.solids.distance_m(away_enu_m[None, :])[0]) - MARGIN_M - 0.1
+        spare_m = float(ways.solids.distance_m(away_enu_m[None, :])[0]) - MARGIN_M - JOINABLE_M
         wanted_m = [min(self.clearance_required_m + more_m, spare_m) for more_m in SPARE_M]
         for clearance_m in wanted_m:
             try:

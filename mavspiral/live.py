@@ -24,10 +24,7 @@ from mavspiral.frames import LocalFrame
 from mavspiral.inspection import Inspection
 from mavspiral.logbook.estimated import estimated
 from mavspiral.logbook.live_flight import LiveFlight
-from mavspiral.logbook.progress import (
-    Progress,
-    progress_of,
-)
+from mavspiral.logbook.progress import Progress, progress_of
 from mavspiral.logbook.recording import Recording
 from mavspiral.mission import Mission
 from mavspiral.planner import plan
@@ -92,7 +89,7 @@ def fly(
                 rate_hz=rate_hz,
                 safe_height_enu_m=inspection.safe_height_enu_m,
                 set_failsafes=set_failsafes,
-                borrowed=borrowed_in(folder / f"{name}.journal") if folder else {},
+                borrowed=order.before.borrowed,
                 planned_for=_planned_for(inspection.mission),
                 home_height_enu_m=inspection.mission.vehicle.home_height_m,
                 system_id=system_id,
@@ -176,9 +173,13 @@ class _Order:
 
 def _prepared(inspection: Inspection, folder: Path | None, resume: bool, align_at: Place | None) -> _Order:
     name = inspection.mission.name
-    if resume and folder is None:
+    if folder is not None:
+        path = folder / f"{name}.journal"
+        before = progress_of(inspection, path) if resume else Progress(borrowed=borrowed_in(path))
+    elif not resume:
+        before = Progress()
+    else:
         raise InputError(f"{name}: nothing says where its journal is. Fix: give its folder")
-    before = progress_of(inspection, folder / f"{name}.journal") if resume and folder else Progress()
     sorties = tuple(sortie for stretch_s in before.left_s for sortie in inspection.sorties(*stretch_s))
     if align_at is None:
         return _Order(inspection, before, sorties, None, before.shift_enu_m)

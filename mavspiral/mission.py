@@ -1,6 +1,6 @@
 """The mission file: TOML in, one frozen value out. All user input is judged here.
 
-Units are in the keys. Everything inside mavspiral is SI; the properties at the end of each table convert.
+Units are in the keys. Everything inside mavspiral is SI; `brief` converts.
 Heights are metres above `ground_amsl_m`, places are [latitude, longitude] in degrees.
 """
 

@@ -39,11 +39,11 @@ __all__ = ["STAGES", "OnStage", "plan", "to_nobody"]
 
 STAGES = ("map", "curve", "timing", "transits", "certificate", "coverage")
 
-
 SURVEYED, JUDGED = 0.3, 0.5
 """Shares of the coverage's headway: what is seen, and what could be; the rest is for gaps."""
 
 BLIND_GRID_S = 2.0
+"""Places this far apart are asked where one would come down."""
 
 OnStage = Callable[[str, float], None]
 """Is told which of `STAGES` is worked on, and which share of it is done: 1 when it is."""

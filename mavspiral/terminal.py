@@ -51,7 +51,7 @@ def tell(summary: dict[str, Any], as_json: bool, rows: list[tuple[str, str, str]
         title=summary["name"], title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0)
     )
     for header, side in (("figure", "left"), ("value", "right"), ("asked", "left")):
-        table.add_column(header, justify=side, header_style="dim")  # type: ignore[arg-type]
+        table.add_column(header, justify=side, header_style="dim")  # type: ignore[arg-type]  # one of rich's words
     for row in rows:
         table.add_row(*row)
     if rows:

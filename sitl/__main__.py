@@ -33,7 +33,7 @@ __all__ = ["main"]
 
 _WARM_UP_US = 3_000_000
 _READY_BY_US = {"px4": 15_000_000, "ardupilot": 60_000_000}
-"""Past these and the faults' ends something is wrong: healthy they are ready after 4 s and 41 s."""
+"""Past these and the faults' ends something is wrong: healthy they are ready after 1.2 s and 41 s."""
 
 
 def main(argv: list[str] | None = None) -> int:

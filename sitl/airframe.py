@@ -195,7 +195,7 @@ _SHAPES = {
 def _section(name: str, kind: type, table: dict[str, Any]) -> Any:
     if not isinstance(table, dict):
         raise ValueError(f"[{name}]: wanted a table, got {table!r}")
-    _demand_keys(f"[{name}]", table, set(kind.__dataclass_fields__))  # type: ignore[attr-defined]
+    _demand_keys(f"[{name}]", table, set(kind.__dataclass_fields__))  # type: ignore[attr-defined]  # one of `_SECTIONS`
     values: dict[str, object] = {}
     for key, value in table.items():
         shape = _SHAPES.get(key, ())

@@ -51,7 +51,7 @@ def sources_digest(folder: Path) -> str:
 _DIGEST = sources_digest(Path(__file__).parent)
 
 
-class _Cache(FunctionCache):  # type: ignore[misc]
+class _Cache(FunctionCache):  # type: ignore[misc]  # numba carries no types: here and below
     def _index_key(self, sig: object, codegen: object) -> tuple:
         return (*super()._index_key(sig, codegen), _DIGEST)
 

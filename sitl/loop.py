@@ -135,7 +135,7 @@ def _live_frame(worlds: np.ndarray, brains: np.ndarray, noises: np.ndarray) -> i
     _move(world, brain, noise, at)
     _sense(world, nav, noise, frame, at)
     has = advance_horizon(nav)
-    detect_ground(brain.mind, brain.gains, brain.demand, nav.out_velocity_ned_mps, FRAME_S)
+    detect_ground(brain.mind, brain.gains, nav.out_velocity_ned_mps, FRAME_S)
     return int(has)
 
 

@@ -120,7 +120,7 @@ def exclusion_fences_enu_m(
 
 
 def _hull(cells: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """The convex hull of the cells in pixels, simplified to at most eight corners from outside its cells' centres."""
+    """The convex hull of the cells in pixels; where that has more than `CORNERS_MAX` corners, the box around it."""
     rows, cols = np.nonzero(cells)
     hull = cv2.convexHull(np.column_stack([cols, rows]).astype(np.int32)).reshape(-1, 2)
     if len(hull) > CORNERS_MAX:

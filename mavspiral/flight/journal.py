@@ -20,6 +20,7 @@ from __future__ import annotations
 import json
 import struct
 import zlib
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -55,6 +56,7 @@ class JournaledFlight:
         place: the vehicle's origin and the legs; None if it ended before the vehicle's place was known.
         rows: of the log, `(n, 19)`.
         pictures: that were taken.
+        borrowed: what it had last set and not put back (`Session.borrowed`); None if it wrote nothing of that.
         end: how it ended; None if nobody lived to write it.
     """
 
@@ -64,6 +66,7 @@ class JournaledFlight:
     rows: FloatArray
     events: tuple[Event, ...]
     pictures: tuple[Picture, ...]
+    borrowed: dict[str, tuple[float, float]] | None
     end: dict[str, Any] | None
 
     def log(self, frame: LocalFrame) -> FlightLog | None:
@@ -115,7 +118,7 @@ class JournalWriter:
         if (borrowed := session.borrowed) != self._borrowed:
             self._borrowed = borrowed
             self._json(b"F", borrowed)
-        pictures = session.pictures[self._pictures_n :]
+        pictures = session.pictures_since(self._pictures_n)
         if pictures:
             self._pictures_n += len(pictures)
             self._json(b"S", [astuple(picture) for picture in pictures])
@@ -150,64 +153,69 @@ def read_journal(path: Path) -> tuple[JournaledFlight, ...]:
         raise InputError(
             f"{path}: no journal to resume from ({error.strerror}). Fix: `fly` without --resume, or --out with its folder"
         ) from None
-    flights: list[JournaledFlight] = []
-    begin: dict[str, Any] | None = None
-    shift_enu_m: FloatArray | None = None
-    place: dict[str, Any] | None = None
-    end: dict[str, Any] | None = None
-    rows: list[bytes] = []
-    events: list[Event] = []
-    pictures: list[Picture] = []
-
-    def close() -> None:
-        if begin is not None:
-            table = np.frombuffer(b"".join(rows), dtype="<f8").reshape(-1, ROW_N)
-            flights.append(
-                JournaledFlight(
-                    begin=begin,
-                    shift_enu_m=shift_enu_m,
-                    place=place,
-                    rows=table,
-                    events=tuple(events),
-                    pictures=tuple(pictures),
-                    end=end,
-                )
-            )
-
+    flights: list[dict[bytes, list[bytes]]] = []
     for kind, body in _records(data):
         if kind == b"B":
-            close()
-            begin, shift_enu_m, place, end = json.loads(body), None, None, None
-            rows, events, pictures = [], [], []
-        elif kind == b"A":
-            shift_enu_m = np.array(json.loads(body)["shift_enu_m"], dtype=np.float64)
-        elif kind == b"P":
-            place = json.loads(body)
-        elif kind == b"R":
-            rows.append(body)
-        elif kind == b"E":
-            events.append(Event(*json.loads(body)))
-        elif kind == b"S":
-            pictures += (Picture(*fields) for fields in json.loads(body))
-        elif kind == b"Z":
-            end = json.loads(body)
-    close()
+            flights.append(defaultdict(list))
+        if flights:
+            flights[-1][kind].append(body)
     if data and not flights:
         raise InputError(f"{path}: is no journal of mavspiral. Fix: move it away, and `fly` without --resume")
-    return tuple(flights)
+    return tuple(map(_flight, flights))
 
 
 def borrowed_in(path: Path) -> dict[str, tuple[float, float]]:
-    """What the flights in the journal at `path` have set and not put back (`Session.borrowed`); nothing without one."""
-    data = path.read_bytes() if path.exists() else b""
-    told = [body for kind, body in _records(data) if kind == b"F"]
-    return {name: (own, given) for name, (own, given) in json.loads(told[-1]).items()} if told else {}
+    """What the flights in the journal at `path` have set and not put back (`Session.borrowed`); nothing without one.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    data = _data(path)
+    return _borrowed([body for kind, body in _records(data) if kind == b"F"]) or {}
+
+
+def _flight(told: dict[bytes, list[bytes]]) -> JournaledFlight:
+    """One flight, from the bodies of its records of each kind."""
+    shift, place, end = (json.loads(told[kind][-1]) if told[kind] else None for kind in (b"A", b"P", b"Z"))
+    return JournaledFlight(
+        begin=json.loads(told[b"B"][-1]),
+        shift_enu_m=None if shift is None else np.array(shift["shift_enu_m"], dtype=np.float64),
+        place=place,
+        rows=np.frombuffer(b"".join(told[b"R"]), dtype="<f8").reshape(-1, ROW_N),
+        events=tuple(Event(*json.loads(body)) for body in told[b"E"]),
+        pictures=tuple(Picture(*fields) for body in told[b"S"] for fields in json.loads(body)),
+        borrowed=_borrowed(told[b"F"]),
+        end=end,
+    )
+
+
+def _borrowed(told: list[bytes]) -> dict[str, tuple[float, float]] | None:
+    """What the last of these records says, if there is one."""
+    if not told:
+        return None
+    return {name: (own, given) for name, (own, given) in json.loads(told[-1]).items()}
 
 
 def whole_n(path: Path) -> int:
-    """How many bytes of the journal at `path` are whole records: there the next one is written."""
-    data = path.read_bytes() if path.exists() else b""
+    """How many bytes of the journal at `path` are whole records: there the next one is written.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    data = _data(path)
     return sum(_HEAD.size + len(body) + _CRC.size for _, body in _records(data))
+
+
+def _data(path: Path) -> bytes:
+    """The journal's bytes; none where there is none."""
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return b""
+    except OSError as error:
+        raise InputError(
+            f"{path}: cannot be read ({error.strerror}). Fix: move it away, or another --out"
+        ) from None
 
 
 def _records(data: bytes) -> Iterator[tuple[bytes, bytes]]:

@@ -13,7 +13,6 @@ from typing import Any
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import LimitError
 from mavspiral.flight.alignment import Alignment
-from mavspiral.flight.failsafes import borrowed
 from mavspiral.flight.flight_log import Event, FlightLog
 from mavspiral.flight.helm import Helm
 from mavspiral.flight.link import Link
@@ -193,7 +192,7 @@ class Session:
     @property
     def pictures(self) -> tuple[Picture, ...]:
         """Those that camera or vehicle said were taken, in their order."""
-        return () if self._shutter is None else tuple(self._shutter.pictures)
+        return self.pictures_since(0)
 
     @property
     def missed_shots(self) -> tuple[int, ...]:
@@ -203,12 +202,16 @@ class Session:
     @property
     def borrowed(self) -> dict[str, tuple[float, float]]:
         """Of each parameter that this flight has yet to put back: the vehicle's own value, and the one that it was given."""
-        return borrowed(self._s)
+        return self._s.borrowed
 
     @property
     def origin(self) -> Origin | None:
         """Where the vehicle's local frame begins, once its place is known."""
         return self._s.origin
+
+    def pictures_since(self, number: int) -> tuple[Picture, ...]:
+        """The pictures from that one on, counted from 0."""
+        return () if self._shutter is None else tuple(self._shutter.pictures[number:])
 
     def rows_since(self, row: int) -> bytes:
         """The log's rows from number `row` on, raw (`journal`)."""

@@ -1,13 +1,13 @@
 """Camera and gimbal while streaming: each shot and each tilt commanded at its time along the path.
 
 A shot by `camera` is numbered, and commanded again under the same number until its picture is told or the next is due,
-so that a lost packet costs no picture and makes no second one. Its answers bear no number: each is taken for that to the oldest
-command not yet answered. A camera that is still busy with the shot before is asked until it is free. The camera numbers its pictures too: a gap in what is
-told of them is a picture that was taken and whose telling was lost. Behind the last shot that was told there is no gap:
-there the camera is asked for its next picture, until it tells or denies it. Before the first that was told there is none
-either: if the camera does not count it as its first, it is asked for the one before, whether that was ours. A shot by
-`digicam` cannot be numbered and is commanded once. By `distance` the vehicle itself shoots, from the first shot to the
-last. With `none` the camera runs by itself, and nothing is counted.
+so that a lost packet costs no picture and makes no second one. Its answers bear no number: each is taken for that to the
+oldest command not yet answered. A camera that is still busy with the shot before is asked until it is free. The camera
+numbers its pictures too: a gap in what is told of them is a picture that was taken and whose telling was lost. Behind the
+last shot that was told there is no gap: there the camera is asked for its next picture, until it tells or denies it.
+Before the first that was told there is none either: if the camera does not count it as its first, it is asked for the one
+before, whether that was ours. A shot by `digicam` cannot be numbered and is commanded once. By `distance` the vehicle
+itself shoots, from the first shot to the last. With `none` the camera runs by itself, and nothing is counted.
 """
 
 from __future__ import annotations
@@ -27,22 +27,26 @@ from mavspiral.motion.trajectory import Trajectory
 __all__ = ["Picture", "ShotOrders", "Shutter"]
 
 _AGAIN_US = 200_000
-_TRIES_N = 4
-_ASKS_N = 25
+_TRIES_N, _ASKS_N = 4, 25
+"""So often a shot is commanded, and its picture asked for after that."""
 _REFUSED = frozenset({Result.DENIED, Result.UNSUPPORTED, Result.FAILED})
 _SHOOTING = frozenset(
     {Command.IMAGE_START_CAPTURE, Command.DO_DIGICAM_CONTROL, Command.DO_SET_CAM_TRIGG_DIST}
 )
 _UNTOLD_S = 1.5
+"""A shot that was accepted so long ago was taken, told or not."""
 _ANSWERS_US = 1_000_000
-_EARLY_S = 0.05  # a picture's time may be a frame before that of its command, as we read the vehicle's clock
+_EARLY_S = 0.05
+"""A picture's time may be a frame before that of its command, as we read the vehicle's clock."""
 _ITS_OWN_S = 60.0
-"""A picture's time that is older, or ahead, is not of the vehicle's clock: ArduPilot's are of the GPS's, a camera's of its own."""
-
+"""A picture's time that is so much older, or ahead, is not of the vehicle's clock: ArduPilot's are of the GPS's, a camera's
+of its own."""
 _SILENT_N = 3
 _TILT_EVERY_US = 200_000
 _TILT_DEG = 0.5
+"""The gimbal is told a tilt that differs by so much from the last that it was told."""
 _PITCH_S = 0.1
+"""The grid on which the gimbal's pitch along the path is kept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +68,7 @@ class ShotOrders:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One that was taken: of which shot, when by the vehicle's clock, and its number by the camera; -1 where nobody knows."""
+    """One that was taken: of which shot, when by the vehicle's clock, its number by the camera; -1 where nobody knows."""
 
     shot: int
     vehicle_s: float

@@ -55,7 +55,7 @@ class Situation:
         follower: what is being flown, from pre-stream on.
         consented: whether the config's question was answered with yes.
         alignment: where the vehicle is said to stand, and what came of it; None where the plan lies as it is.
-        failsafes_wanted: the parameters that are set for this flight, and `failsafes_before` the vehicle's own values.
+        borrowed: of each parameter that is set for this flight the vehicle's own value, and the one that it is given.
     """
 
     route: Route
@@ -87,8 +87,7 @@ class Situation:
     follower: Follower | None = None
     consented: bool = False
     alignment: Alignment | None = None
-    failsafes_wanted: dict[str, float] = field(default_factory=dict)
-    failsafes_before: dict[str, float] = field(default_factory=dict)
+    borrowed: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def elapsed_s(self) -> float:

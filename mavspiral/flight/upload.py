@@ -67,18 +67,12 @@ class Upload:
         out, messages = b"", self._link.receive(received)
         try:
             if self._upload is None:
-                for beat in messages:
-                    if (
-                        isinstance(beat, Heartbeat)
-                        and beat.is_vehicle
-                        and beat.autopilot in AUTOPILOTS
-                        and self._upload is None
-                    ):
-                        if self._system_id in (None, beat.system_id):
-                            self._upload = self._met(beat)
-                        else:
-                            self._others.add(beat.system_id)
-                if self._upload is None and now_us - self._begun_us > _NOBODY_US:
+                known = [beat for beat in messages if isinstance(beat, Heartbeat) and _is_known(beat)]
+                meant = [beat for beat in known if self._system_id in (None, beat.system_id)]
+                self._others |= {beat.system_id for beat in known if beat not in meant}
+                if meant:
+                    self._upload = self._met(meant[0])
+                elif now_us - self._begun_us > _NOBODY_US:
                     raise self._nobody()
             elif self.outcome is None:
                 out = self._upload.step(now_us, messages)
@@ -138,3 +132,7 @@ class Upload:
     def _conclude(self, reason: str, exit_code: int) -> None:
         if self.outcome is None:
             self.outcome = Outcome(exit_code == 0, State.CONNECT, reason, exit_code)
+
+
+def _is_known(beat: Heartbeat) -> bool:
+    return beat.is_vehicle and beat.autopilot in AUTOPILOTS

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.flight.flight_log import FlightLog
-from mavspiral.flight.journal import borrowed_in, read_journal
+from mavspiral.flight.journal import read_journal
 from mavspiral.flight.shutter import Picture
 from mavspiral.inspection import Inspection
 from mavspiral.survey.shots import Shots, flown_shots, shots_at
@@ -56,6 +56,7 @@ class Progress:
         shots: what they saw, from where they believed to be, in the plan as it lay.
         shifts_enu_m: by which the plan lay elsewhere in each of these flights.
         shift_enu_m: by which it was last found to lie elsewhere; None if it was not aligned.
+        borrowed: what they have set on the vehicle and not put back (`Session.borrowed`).
     """
 
     flights_n: int = 0
@@ -66,6 +67,7 @@ class Progress:
     shots: tuple[Shots, ...] = ()
     shifts_enu_m: tuple[FloatArray, ...] = ()
     shift_enu_m: FloatArray | None = None
+    borrowed: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def progress_of(inspection: Inspection, path: Path) -> Progress:
@@ -74,7 +76,8 @@ def progress_of(inspection: Inspection, path: Path) -> Progress:
     Raises:
         InputError: there is no journal, it is of another plan, or nothing is left to fly.
     """
-    told = [f for f in read_journal(path) if len(f.rows) or f.shift_enu_m is not None]
+    journal = read_journal(path)
+    told = [f for f in journal if len(f.rows) or f.shift_enu_m is not None]
     journaled = [flight for flight in told if len(flight.rows)]  # the others never took off
     afresh = [i for i, flight in enumerate(journaled) if not flight.begin["resumes"]]
     chain = journaled[afresh[-1] :] if afresh else journaled
@@ -95,8 +98,9 @@ def progress_of(inspection: Inspection, path: Path) -> Progress:
         logs.append(log)
         shifts_enu_m.append(np.zeros(3) if flight.shift_enu_m is None else flight.shift_enu_m)
         shots.append(estimated_shots(inspection, sortie, log, begins_s, flight.pictures))
+    borrowed = next((f.borrowed for f in reversed(journal) if f.borrowed is not None), {})
     if not (left_s := left_of(inspection, tuple(flown))):
-        left = [f"{name} = {given:g} (was {own:g})" for name, (own, given) in borrowed_in(path).items()]
+        left = [f"{name} = {given:g} (was {own:g})" for name, (own, given) in borrowed.items()]
         also = f"; still set on the vehicle: {', '.join(left)}" if left else ""
         raise InputError(f"{path}: nothing is left to fly{also}. Fix: begin afresh without --resume")
     shift_enu_m = told[-1].shift_enu_m if told else None
@@ -109,6 +113,7 @@ def progress_of(inspection: Inspection, path: Path) -> Progress:
         shots=tuple(shots),
         shifts_enu_m=tuple(shifts_enu_m),
         shift_enu_m=shift_enu_m,
+        borrowed=borrowed,
     )
 
 

@@ -15,7 +15,7 @@ from mavspiral.shape.slicing import SolidDistance
 from mavspiral.survey.camera import Camera
 from mavspiral.survey.solids import Solids
 from mavspiral.tour.passes import Piece
-from mavspiral.tour.transit import MARGIN_M, REACTION_S, STOPPING_MARGIN_M
+from mavspiral.tour.transit import JOINABLE_M, MARGIN_M, REACTION_S, STOPPING_MARGIN_M
 
 __all__ = ["Candidate", "Setting"]
 
@@ -46,12 +46,7 @@ class Setting:
     @property
     def joinable_m(self) -> float:
         """The clearance that a curve must have for a transit to join it."""
-        return self.required_m + MARGIN_M + 0.1
-
-    @property
-    def stopping_margin_m(self) -> float:
-        """What a vehicle that goes straight on leaves between its hull and a wall."""
-        return STOPPING_MARGIN_M
+        return self.required_m + MARGIN_M + JOINABLE_M
 
     def run_on_m(self, speed_mps: float) -> float:
         """How far it goes straight on: the reaction time and the braking distance, v·t + v²/2a."""

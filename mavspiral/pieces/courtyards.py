@@ -12,11 +12,10 @@ import numpy as np
 from mavspiral.arrays import FloatArray
 from mavspiral.brief import band_m
 from mavspiral.curve.court import plan_court
-from mavspiral.curve.gaze import inward_gaze
 from mavspiral.curve.spiral import TOLERANCE_M
 from mavspiral.errors import LimitError
 from mavspiral.pieces.candidate import Candidate, Setting
-from mavspiral.pieces.spirals import roof_standoff_m
+from mavspiral.pieces.spirals import roof_standoff_m, spiral_piece
 from mavspiral.shape.courts import Court, courts_of
 from mavspiral.tour.passes import Piece
 
@@ -80,17 +79,7 @@ def _candidate(
             corner_radius_m=min(radius_m, pace.speed_mps**2 / pace.acceleration_mps2),
             start_enu_m=start_enu_m[:2],
         )
-        gaze = inward_gaze(path, smoothing_m=pace.speed_mps)
-        return Piece(
-            name=name,
-            kind="courtyard",
-            path=path,
-            gaze=gaze,
-            rings=path.rings,
-            harmonics=path.harmonics,
-            standoff_m=standoff_m,
-            pace=pace,
-        )
+        return spiral_piece(path, name, "courtyard", standoff_m, pace)
 
     return Candidate(
         "courtyard",

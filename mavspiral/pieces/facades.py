@@ -15,6 +15,7 @@ from mavspiral.shape.parts import Part
 from mavspiral.shape.reach import Reach, arcs_of, reach_at
 from mavspiral.shape.slicing import SolidDistance
 from mavspiral.tour.passes import Piece
+from mavspiral.tour.transit import STOPPING_MARGIN_M
 
 __all__ = ["Facades", "facades_of", "hemmed_in"]
 
@@ -223,7 +224,7 @@ def _turned(rows: list[Row]) -> list[Row]:
 
 def _stopping_mps(setting: Setting, place_enu_m: FloatArray, along: FloatArray, speed_mps: float) -> float:
     """The fastest speed from which, going straight on and braking, nothing is touched anywhere on the way."""
-    least_m = setting.mission.vehicle.radius_m + setting.stopping_margin_m
+    least_m = setting.mission.vehicle.radius_m + STOPPING_MARGIN_M
     for share in np.linspace(1.0, 1.0 / SPEED_STEPS, SPEED_STEPS):
         run_on_m = setting.run_on_m(share * speed_mps)
         if setting.everything.distance_m(place_enu_m, run_on_m * along).min() >= least_m:

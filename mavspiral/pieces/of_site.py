@@ -9,7 +9,6 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.brief import band_m, demand_of
-from mavspiral.curve.gaze import inward_gaze
 from mavspiral.curve.paper import plan_paper
 from mavspiral.mission import Mission
 from mavspiral.motion.limits import Limits
@@ -17,7 +16,7 @@ from mavspiral.pieces.candidate import Setting
 from mavspiral.pieces.courtyards import courtyards_of
 from mavspiral.pieces.roof_ways import RoofLook
 from mavspiral.pieces.roofs import roof_pieces
-from mavspiral.pieces.spirals import spirals_of
+from mavspiral.pieces.spirals import spiral_piece, spirals_of
 from mavspiral.shape.heightmap import Site
 from mavspiral.shape.slicing import obstacle_distance, solid_distance
 from mavspiral.survey.camera import Camera
@@ -136,16 +135,5 @@ def _as_the_paper_has_it(mission: Mission, site: Site, camera: Camera, pace: Lim
         top_m=top_m,
         terms=asked.terms or PAPER_TERMS,
     )
-    path = spiral.path
-    gaze = inward_gaze(path, smoothing_m=pace.speed_mps)
-    piece = Piece(
-        name="building",
-        kind="spiral",
-        path=path,
-        gaze=gaze,
-        rings=path.rings,
-        harmonics=path.harmonics,
-        standoff_m=asked.standoff_m,
-        pace=pace,
-    )
+    piece = spiral_piece(spiral.path, "building", "spiral", asked.standoff_m, pace)
     return Pieces((piece,), spiral.notices)

@@ -9,14 +9,16 @@ import numpy as np
 from mavspiral.arrays import FloatArray
 from mavspiral.brief import band_m
 from mavspiral.curve.gaze import inward_gaze
-from mavspiral.curve.spiral import TOLERANCE_M, TooNearError, plan_spiral
+from mavspiral.curve.paper import PaperPath
+from mavspiral.curve.spiral import TOLERANCE_M, SpiralPath, TooNearError, plan_spiral
 from mavspiral.errors import LimitError
+from mavspiral.motion.limits import Limits
 from mavspiral.pieces.candidate import Candidate, Setting
 from mavspiral.pieces.facades import facades_of, hemmed_in
 from mavspiral.shape.parts import LeftOut, Part, parts_of
-from mavspiral.tour.passes import Piece
+from mavspiral.tour.passes import Kind, Piece
 
-__all__ = ["roof_standoff_m", "spirals_of"]
+__all__ = ["roof_standoff_m", "spiral_piece", "spirals_of"]
 
 FREE_SAMPLES = 4_000
 FREE_MARGIN_M = 0.1
@@ -77,6 +79,22 @@ def _candidate(setting: Setting, band: _Band, word: str) -> Candidate:
     )
 
 
+def spiral_piece(
+    path: SpiralPath | PaperPath, name: str, kind: Kind, standoff_m: float, pace: Limits
+) -> Piece:
+    """The piece that is flown along a spiral, looking to its left, where the walls are."""
+    return Piece(
+        name=name,
+        kind=kind,
+        path=path,
+        gaze=inward_gaze(path, smoothing_m=pace.speed_mps),
+        rings=path.rings,
+        harmonics=path.harmonics,
+        standoff_m=standoff_m,
+        pace=pace,
+    )
+
+
 def _is_free(setting: Setting, band: _Band) -> bool:
     """Whether nothing comes too near to the spiral all the way round."""
     path = _piece(setting, band, "trial", band.place_enu_m(band.bottom_m)).path
@@ -112,17 +130,7 @@ def _piece(setting: Setting, band: _Band, name: str, start_enu_m: FloatArray) ->
         ).path
     except TooNearError as error:
         raise LimitError(_too_near(setting, error)) from error
-    gaze = inward_gaze(path, smoothing_m=pace.speed_mps)
-    return Piece(
-        name=name,
-        kind="spiral",
-        path=path,
-        gaze=gaze,
-        rings=path.rings,
-        harmonics=path.harmonics,
-        standoff_m=standoff_m,
-        pace=pace,
-    )
+    return spiral_piece(path, name, "spiral", standoff_m, pace)
 
 
 def _too_near(setting: Setting, error: TooNearError) -> str:

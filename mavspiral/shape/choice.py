@@ -10,7 +10,7 @@ import numpy as np
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.frames import GeoPoint, LocalFrame
-from mavspiral.shape.geojson import Feature
+from mavspiral.shape.geojson import DEGREE_M, Feature
 from mavspiral.shape.polygons import contains
 from mavspiral.shape.site_map import MapRequest
 
@@ -18,6 +18,10 @@ __all__ = ["choose", "near", "stand_in_height_m"]
 
 FAR_M = 50_000.0
 """A place farther than this from all buildings of a map is of another map."""
+TOUCH_M = 0.5
+"""Parts whose boxes are no farther apart hang together."""
+UNKNOWN_M = 30.0
+"""How tall an obstacle is taken to be in a map without any height."""
 
 
 def choose(request: MapRequest, features: tuple[Feature, ...]) -> tuple[Feature, ...]:
@@ -58,11 +62,11 @@ def choose(request: MapRequest, features: tuple[Feature, ...]) -> tuple[Feature,
 
 
 def _touching(seed: Feature, parts: tuple[Feature, ...]) -> tuple[Feature, ...]:
-    """The parts that hang together with `seed`: each has a corner in, or within 0.5 m of, another's box."""
+    """The parts that hang together with `seed`: the box of each is within `TOUCH_M` of another's."""
     found, left = [seed], [f for f in parts if f is not seed]
     for here in found:
         low, high = _box(here)
-        margin = 0.5 / 111_320.0 * np.array([1.0, 1.0 / max(math.cos(math.radians(low[0])), 1e-3)])
+        margin = TOUCH_M / DEGREE_M * np.array([1.0, 1.0 / max(math.cos(math.radians(low[0])), 1e-3)])
         for other in list(left):
             other_low, other_high = _box(other)
             if np.all(other_low <= high + margin) and np.all(other_high >= low - margin):
@@ -127,7 +131,7 @@ def _nobody_there(request: MapRequest, features: tuple[Feature, ...]) -> str:
 
 def stand_in_height_m(heights_m: Iterable[float | None]) -> float:
     """An obstacle without a height is taken to be as tall as the tallest thing in the map."""
-    return max((h for h in heights_m if h is not None), default=30.0)
+    return max((h for h in heights_m if h is not None), default=UNKNOWN_M)
 
 
 def near(plan_m: tuple[tuple[FloatArray, ...], ...], reach_m: FloatArray) -> bool:

@@ -99,7 +99,7 @@ def _crs(head: dict[str, Any]) -> str | None:
 def _transform(path: Path, head: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
     raw = head.get("transform")
     try:
-        scale, shift = (np.array([float(v) for v in raw[key]]) for key in ("scale", "translate"))  # type: ignore[index]
+        scale, shift = (np.array([float(v) for v in raw[key]]) for key in ("scale", "translate"))  # type: ignore[index]  # None is judged below
     except (TypeError, KeyError, ValueError, OverflowError):
         scale = shift = np.zeros(0)
     if scale.shape != (3,) or shift.shape != (3,) or not np.isfinite([scale, shift]).all():

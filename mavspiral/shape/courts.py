@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.shape.contour import Ring, corners_closed, iso_line
-from mavspiral.shape.distance import cells_away
+from mavspiral.shape.distance import cells_away, with_neighbours
 from mavspiral.shape.slicing import SolidDistance
 
 __all__ = ["Court", "court_ring", "courts_of", "enclosed_ground"]
@@ -110,7 +110,7 @@ def _middle(plan_m: NDArray[np.float32], hole: NDArray[np.bool_]) -> tuple[int, 
 
 def _wall_m(solid: SolidDistance, level: int, hole: NDArray[np.bool_]) -> float:
     """The highest level of what stands round the hole."""
-    rim = cv2.dilate(hole.astype(np.uint8), np.ones((5, 5), dtype=np.uint8)).astype(np.bool_) & ~hole
+    rim = with_neighbours(hole, 2) & ~hole
     reached = [bool((plan[rim] == 0.0).any()) for plan in solid.plan_m[level:]]
     return float(solid.levels_m[level:][np.flatnonzero(reached)[-1]])
 

@@ -1,4 +1,4 @@
-"""How far it is to the nearest of some cells."""
+"""What is near some cells of a grid: how far it is to the nearest, and which lie beside them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["cells_away"]
+__all__ = ["cells_away", "with_neighbours"]
 
 
 def cells_away(from_mask: NDArray[np.bool_]) -> NDArray[np.float32]:
@@ -20,3 +20,9 @@ def cells_away(from_mask: NDArray[np.bool_]) -> NDArray[np.float32]:
     np.rint(away, out=away)
     np.sqrt(away, out=away)
     return np.asarray(away, dtype=np.float32)
+
+
+def with_neighbours(mask: NDArray[np.bool_], reach: int = 1) -> NDArray[np.bool_]:
+    """The cells in `mask`, and all that are within `reach` rows and columns of one."""
+    around = np.ones((2 * reach + 1, 2 * reach + 1), dtype=np.uint8)
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), around).astype(np.bool_))

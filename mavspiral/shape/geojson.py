@@ -19,9 +19,11 @@ from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.shape.polygons import crossing, signed_area_m2
 
-__all__ = ["LEVEL_M", "Feature", "features_of"]
+__all__ = ["DEGREE_M", "LEVEL_M", "Feature", "features_of"]
 
 CORNERS_MAX = 20_000
+DEGREE_M = 111_320.0
+"""A degree of latitude, as exactly as it takes to tell whether corners cross or touch."""
 
 LEVEL_M = 3.0
 """A storey's height where only `building:levels` is tagged (the wiki's own figure)."""
@@ -142,10 +144,10 @@ def _ring(where: str, ring: Any) -> FloatArray:
             "Fix: shift the map and at by a degree to rehearse"
         )
     scale = np.array([1.0, math.cos(math.radians(points[0, 0]))])
-    flat = (points - points[0]) * scale * 111_320.0
+    flat = (points - points[0]) * scale * DEGREE_M
     cross = crossing(flat)
     if cross is not None:
-        lat, lon = points[0] + cross / (scale * 111_320.0)
+        lat, lon = points[0] + cross / (scale * DEGREE_M)
         raise InputError(
             f"{where}: its outline crosses itself near lat {lat:.6f}, lon {lon:.6f}. "
             "Fix: put the corners in order around the building"

@@ -11,10 +11,14 @@ from mavspiral.shape.polygons import cover
 __all__ = ["circle_ring_m", "with_obstacle"]
 
 
+SIDES = 48
+"""Of the polygon that stands for a circle."""
+
+
 def circle_ring_m(x_m: float, y_m: float, radius_m: float) -> FloatArray:
-    """A polygon `(48, 2)` around the circle: its sides touch it, so it is nowhere smaller."""
-    angle = np.linspace(0.0, 2 * np.pi, 48, endpoint=False)
-    outer_m = radius_m / np.cos(np.pi / 48)
+    """A polygon `(SIDES, 2)` around the circle: its sides touch it, so it is nowhere smaller."""
+    angle = np.linspace(0.0, 2 * np.pi, SIDES, endpoint=False)
+    outer_m = radius_m / np.cos(np.pi / SIDES)
     return np.column_stack([x_m + outer_m * np.cos(angle), y_m + outer_m * np.sin(angle)])
 
 

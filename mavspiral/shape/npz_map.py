@@ -23,7 +23,7 @@ from mavspiral.shape.site_map import MapRequest, SiteMap, judge_size
 
 __all__ = ["site_from_npz"]
 
-CELL_MIN_M, CELL_MAX_M = 0.01, 100.0
+CELL_MIN_M, CELL_MAX_M = 0.02, 10.0
 HEADER_BYTES_MAX = 20_000
 KEYS = ("height_agl_m", "cell_m", "origin")
 NOTE = "note"
@@ -62,10 +62,6 @@ def site_from_npz(request: MapRequest) -> SiteMap:
         raise InputError(
             f"{path}: not a readable .npz height map ({error}). Fix: write it with numpy.savez"
         ) from None
-    if not 0.02 <= cell_m <= 10.0:
-        raise InputError(
-            f"{path}: cell_m is {cell_m:g}, wanted 0.02 to 10. Fix: give the cells' side in metres"
-        )
     if height.ndim != 2 or height.size == 0:
         raise InputError(f"{path}: height_agl_m has shape {height.shape}. Fix: give a (rows, cols) array")
     if not np.isfinite(height).all():

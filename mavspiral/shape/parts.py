@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.shape.distance import cells_away
+from mavspiral.shape.heightmap import box_of
 from mavspiral.shape.slicing import SolidDistance
 
 __all__ = ["LeftOut", "Part", "parts_of"]
@@ -137,17 +138,16 @@ def _heights(solid: SolidDistance) -> FloatArray:
 
 def _deepest(mask: NDArray[np.bool_]) -> tuple[int, int]:
     """Row and column of the place farthest from the edge of `mask`."""
-    rows, cols = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
-    within = np.pad(mask[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1], 1)
-    depth = cells_away(~within)
+    rows, cols = box_of(mask)
+    depth = cells_away(~np.pad(mask[rows, cols], 1))
     row, col = np.unravel_index(int(np.argmax(depth)), depth.shape)
-    return int(rows[0] + row - 1), int(cols[0] + col - 1)
+    return int(rows.start + row - 1), int(cols.start + col - 1)
 
 
 def _left_out(solid: SolidDistance, mask: NDArray[np.bool_], base_m: float) -> LeftOut:
-    rows, cols = np.nonzero(mask)
-    west, south = solid.origin_enu_m + np.array([cols.min(), rows.min()]) * solid.cell_m
-    east, north = solid.origin_enu_m + np.array([cols.max(), rows.max()]) * solid.cell_m
+    rows, cols = box_of(mask)
+    west, south = solid.origin_enu_m + np.array([cols.start, rows.start]) * solid.cell_m
+    east, north = solid.origin_enu_m + np.array([cols.stop - 1, rows.stop - 1]) * solid.cell_m
     reached = (solid.plan_m[:, mask] == 0.0).any(axis=1)
     return LeftOut(
         (float(west), float(south), float(east), float(north)), base_m, float(solid.levels_m[reached].max())

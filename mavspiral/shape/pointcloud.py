@@ -38,6 +38,8 @@ GROUND, BUILDING, NOISE, UNCLASSIFIED = 2, 6, (7, 18), (0, 1)
 STEP_M = 0.5
 """A roof goes on over a step of so much, or of what a steep one rises in a cell."""
 TOLD_M2 = 2.0
+HIGHEST = 40_000.0
+"""No height on earth, in feet either."""
 CHUNK_BYTES = 32_000_000
 
 
@@ -172,7 +174,7 @@ def _surfaces(request: MapRequest, reader: Any, window: Window, height_unit_m: f
     rows, cols = window.shape
     header = reader.header
     slack = np.maximum(np.abs(header.scales[:2]), 1e-9) * 2
-    counts = {BUILDING: 0, -1: 0}
+    on_building = on_anything = 0
     for points in reader.chunk_iterator(max(1, CHUNK_BYTES // header.point_format.size)):
         x, y, z = (np.asarray(axis, dtype=np.float64) for axis in (points.x, points.y, points.z))
         _judge_points(request.path, header, x, y, z, slack)
@@ -192,9 +194,9 @@ def _surfaces(request: MapRequest, reader: Any, window: Window, height_unit_m: f
         ):
             pick = on_grid & chosen
             np.maximum.at(grid, (row[pick], col[pick]), z_m[pick])
-        counts[BUILDING] += int(np.count_nonzero(on_grid & (kind == BUILDING)))
-        counts[-1] += int(np.count_nonzero(on_grid))
-    made.points = counts[BUILDING] or counts[-1]
+        on_building += int(np.count_nonzero(on_grid & (kind == BUILDING)))
+        on_anything += int(np.count_nonzero(on_grid))
+    made.points = on_building or on_anything
     return made
 
 
@@ -206,7 +208,7 @@ def _judge_points(
     low, high = header.mins[:2] - slack, header.maxs[:2] + slack
     if x.min() < low[0] or y.min() < low[1] or x.max() > high[0] or y.max() > high[1]:
         raise InputError(f"{path}: it has points outside of the extent in its header. Fix: lasinfo -repair")
-    if not (np.isfinite(z).all() and np.all(np.abs(z) < 40_000)):
+    if not (np.isfinite(z).all() and np.all(np.abs(z) < HIGHEST)):
         raise InputError(
-            f"{path}: a point is {z[np.argmax(~(np.abs(z) < 40_000))]:g} high, no height on earth. Fix: export the cloud anew"
+            f"{path}: a point is {z[np.argmax(~(np.abs(z) < HIGHEST))]:g} high, no height on earth. Fix: export the cloud anew"
         )

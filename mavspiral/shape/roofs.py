@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.shape.distance import cells_away
-from mavspiral.shape.heightmap import Site
+from mavspiral.shape.heightmap import Site, box_of
 
 __all__ = ["Roof", "RoofGrid", "roof_grid", "roofs_of"]
 
@@ -77,12 +77,12 @@ def roof_grid(site: Site, reach_m: float) -> RoofGrid:
     """The building of `site` and what stands within `reach_m` of it, `reach_m` of ground around it at the least."""
     heights = site.heights
     stands = site.building & (heights.height_agl_m > 0.0)
-    rows, cols = (np.flatnonzero(stands.any(axis=axis)) for axis in (1, 0))
-    long_m = max(np.ptp(rows), np.ptp(cols)) * heights.cell_m
+    rows, cols = box_of(stands)
+    long_m = (max(rows.stop - rows.start, cols.stop - cols.start) - 1) * heights.cell_m
     pool = max(1, int(max(PITCH_M, long_m / CELLS_MAX) / heights.cell_m + 1e-9))
     pad = int(np.ceil(reach_m / heights.cell_m)) + 1
-    first = np.array([rows.min() - pad, cols.min() - pad])
-    count = np.ceil((np.array([rows.max(), cols.max()]) + pad + 1 - first) / pool).astype(np.int64)
+    first = np.array([rows.start - pad, cols.start - pad])
+    count = np.ceil((np.array([rows.stop, cols.stop]) + pad - first) / pool).astype(np.int64)
     low = np.maximum(first, 0)
     high = np.minimum(first + count * pool, heights.shape)
     here = (slice(low[0], high[0]), slice(low[1], high[1]))

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from mavspiral.arrays import FloatArray
 from mavspiral.errors import InputError
 from mavspiral.shape.distance import cells_away
-from mavspiral.shape.heightmap import Site
+from mavspiral.shape.heightmap import Site, box_of
 
 __all__ = ["Slice", "SolidDistance", "obstacle_distance", "solid_distance"]
 
@@ -106,13 +106,13 @@ def solid_distance(site: Site, *, reach_m: float) -> SolidDistance:
     """
     box = site.building_box
     heights = np.where(site.building[box], np.maximum(site.heights.height_agl_m[box], 0.0), 0.0)
-    rows, cols = np.nonzero(heights > 0.0)
-    if rows.size == 0:
+    rows, cols = box_of(heights > 0.0)
+    if not rows.stop:
         raise InputError("no cell of the building stands above the ground, so there is nothing to fly around")
     cell_m = site.heights.cell_m
     pad = int(np.ceil(reach_m / cell_m)) + 2
-    block = np.pad(heights[rows.min() : rows.max() + 1, cols.min() : cols.max() + 1], pad + 1)
-    first = np.array([box[1].start + cols.min() - pad, box[0].start + rows.min() - pad])
+    block = np.pad(heights[rows, cols], pad + 1)
+    first = np.array([box[1].start + cols.start - pad, box[0].start + rows.start - pad])
     return _of_block(block, cell_m, site.heights.origin_enu_m + first * cell_m)
 
 

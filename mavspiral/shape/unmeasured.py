@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
 from mavspiral.frames import LocalFrame
-from mavspiral.shape.distance import cells_away
+from mavspiral.shape.distance import cells_away, with_neighbours
 
 __all__ = ["fill_holes", "gaps_told"]
 
@@ -37,7 +37,7 @@ def fill_holes(
     """
     unknown = np.isnan(surface_m)
     filled_m = surface_m.copy()
-    beside = cv2.dilate(standing.astype(np.uint8), np.ones((3, 3), dtype=np.uint8)).astype(np.bool_)
+    beside = with_neighbours(standing)
     if not (unknown & beside).any():
         return filled_m, np.zeros_like(unknown)
     small = math.floor(SMALL_M / cell_m + 1e-9)
@@ -52,10 +52,7 @@ def fill_holes(
         left, top, wide, high = (int(v) for v in stats[label, :4])
         box = slice(max(0, top - 1), top + high + 1), slice(max(0, left - 1), left + wide + 1)
         hole = labels[box] == label
-        edge = (
-            cv2.dilate(hole.astype(np.uint8), np.ones((3, 3), dtype=np.uint8)).astype(np.bool_)
-            & standing[box]
-        )
+        edge = with_neighbours(hole) & standing[box]
         filled_m[box][hole] = surface_m[box][edge].max()
     reach = SPAN_M / cell_m
     asked = np.argwhere(unknown & ~whole[labels] & (cells_away(standing) < reach))
@@ -80,9 +77,8 @@ def gaps_told(
 ) -> tuple[str, ...]:
     """In words what was not measured around the building, and where that may hide a piece of it."""
     share = 1.0 - np.count_nonzero(measured) / measured.size
-    ring = np.ones((3, 3), dtype=np.uint8)
     holes = np.argwhere(known & ~measured & building)
-    beside = np.argwhere(~known & cv2.dilate(building.astype(np.uint8), ring).astype(np.bool_))
+    beside = np.argwhere(~known & with_neighbours(building))
 
     def example(cells: NDArray[np.int64]) -> str:
         x, y = south_west_m + (cells[0, ::-1] + 0.5) * cell_m

@@ -14,12 +14,14 @@ from mavspiral.motion.trajectory import Leg, Trajectory
 from mavspiral.shape.heightmap import Site
 from mavspiral.survey.solids import Solids
 from mavspiral.tour.obstacle import nearest_obstacle
-from mavspiral.tour.transit import Look, Ways, judge_home
+from mavspiral.tour.transit import MARGIN_M, Look, Ways, judge_home
 
 __all__ = ["TAKEOFF_M", "route_of", "ways_of"]
 
 TAKEOFF_M = 4.0
 """The autopilot takes off to this height above home at the least; there the trajectory begins and ends."""
+STANDING_M = 0.5
+"""What is lower is ground that a home stands on, not a thing."""
 
 
 def ways_of(mission: Mission, site: Site, clearance_m: float) -> Ways:
@@ -48,7 +50,7 @@ def route_of(site: Site, tour: tuple[Leg, ...], home_enu_m: FloatArray, ways: Wa
     """
     judge_home(site.heights, ways.solids, home_enu_m, ways.clearance_m)
     standing_m = float(site.heights.sample(home_enu_m))
-    rise_m = max(TAKEOFF_M, ways.clearance_m + 0.5 if standing_m > 0.5 else 0.0)
+    rise_m = max(TAKEOFF_M, ways.clearance_m + MARGIN_M if standing_m > STANDING_M else 0.0)
     above_home_m = home_enu_m + np.array([0.0, 0.0, rise_m])
     if above_home_m[2] > ways.ceiling_m:
         raise InputError(

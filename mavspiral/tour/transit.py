@@ -21,6 +21,7 @@ from mavspiral.shape.heightmap import HeightMap
 from mavspiral.survey.solids import Solids
 
 __all__ = [
+    "JOINABLE_M",
     "MARGIN_M",
     "REACTION_S",
     "STOPPING_MARGIN_M",
@@ -35,6 +36,8 @@ __all__ = [
 STEP_M = 2.0
 MARGIN_M = 0.5
 """Ways are this much farther from everything than must be, for what flying leaves of a plan."""
+JOINABLE_M = 0.1
+"""What a way is to join keeps so much more than the way does."""
 
 SHORTEST_M = 0.05
 NOTHING_M = 1e-7
@@ -42,6 +45,7 @@ TURNING_M = 1.0
 REACTION_S = 1.0
 """PX4 notices after COM_OF_LOSS_T = 1 s that setpoints have ceased, and flies on until then."""
 STOPPING_MARGIN_M = 0.3
+"""What a vehicle that goes straight on and brakes leaves between its hull and a wall."""
 BEYOND_SAMPLES = 32
 SLOWEST_MPS = 0.5
 SEARCHED_M = 100.0

@@ -35,8 +35,8 @@ from sitl.status import Home
 
 __all__ = ["Auto", "begin_auto", "changed"]
 
-
 _NEVER = 0
+"""Of WP_YAW_BEHAVIOR: the nose is not turned along the way."""
 _TWO_LEGS = (AutoItem.LOITER_TURNS, AutoItem.LOITER_TO_ALT)
 _YAW_WITHIN_RAD = math.radians(2.0)
 _SLACK_M = 5.0
@@ -48,8 +48,7 @@ class Auto:
     """A mission under way. `deed` is the item for camera or gimbal that came up just now.
 
     `trip` climbs, lands or returns; else `leg` is flown, `leg_s` into it, and `after`, `after_s` into that.
-    `at_place` is what LOITER_TURNS and LOITER_TO_ALT do where they have
-    come to; `todo` are the items to be done on the way; `heading_rad` is CONDITION_YAW's.
+    `at_place` is what LOITER_TURNS and LOITER_TO_ALT do where they have come to; `todo` are the items to be done on the way; `heading_rad` is CONDITION_YAW's.
     """
 
     items: tuple[PlanItem, ...]
@@ -97,7 +96,7 @@ class Auto:
         """The mission `dt_s` later. `bearing_rad` is where the region of interest lies, if there is one."""
         auto = replace(self, deed=None) if self.deed is not None else self
         if auto._is_done(condition, parameters):
-            auto = auto._advanced(condition, parameters)
+            auto = auto._advanced(parameters)
         else:
             auto = auto._arriving(condition, parameters)
         auto = auto._did(condition, parameters)
@@ -216,7 +215,7 @@ class Auto:
             return replace(self, leg=leg, leg_s=0.0, at_place=True)
         return replace(self, arrived_at_us=condition.time_us)
 
-    def _advanced(self, condition: Condition, parameters: Mapping[str, float]) -> Auto:
+    def _advanced(self, parameters: Mapping[str, float]) -> Auto:
         """On with the next item that navigates; what was not done on the way to this one is not done any more."""
         run = replace(self.run, reached=self.run.seq)
         seq, jumps, passed = next_item(self.items, run.seq, run.jumps)

@@ -266,9 +266,7 @@ def control(
 
 
 @kernel
-def detect_ground(
-    mind: np.record, gains: np.record, demand: np.record, velocity_ned_mps: FloatArray, dt: float
-) -> None:
+def detect_ground(mind: np.record, gains: np.record, velocity_ned_mps: FloatArray, dt: float) -> None:
     """Set `mind.on_ground`: little thrust and hardly any motion for LNDMC_TRIG_TIME; thrust alone lifts it.
 
     Little is, as in PX4, below three tenths of the way from least to hover thrust.

@@ -15,14 +15,15 @@ from sitl.autopilot.auto import Auto, begin_auto
 from sitl.autopilot.auto_items import AutoItem, navigates
 from sitl.autopilot.copter_failsafe import LOOK_US, watch
 from sitl.autopilot.copter_fence import watch_fence
-from sitl.autopilot.copter_memory import PLACE_US, PREARM_US, CopterState, knows_place, notify, stand_down
+from sitl.autopilot.copter_memory import PLACE_US, PREARM_US, CopterState, knows_place, stand_down
 from sitl.autopilot.copter_modes import COPTER_MODES
 from sitl.autopilot.copter_orders import carry_out, steer
 from sitl.autopilot.fence import fence_parts
 from sitl.autopilot.glide import start_glide
 from sitl.autopilot.guided import Guided, begin_guided
-from sitl.autopilot.memory import NOTHING
+from sitl.autopilot.memory import NOTHING, notify
 from sitl.autopilot.pilot import Pilot
+from sitl.autopilot.shooting import shoot
 from sitl.autopilot.smart import fly_back
 from sitl.autopilot.trip import Trip
 from sitl.clock import FRAME_S
@@ -60,7 +61,7 @@ class Copter(Pilot[CopterState]):
         return carry_out(self._state, order, condition, self.parameters)
 
     def steer(self, setpoint: Setpoint, condition: Condition) -> None:
-        """Take a target: obeyed in GUIDED only, and in the air. It ends a take-off."""
+        """Take a target: obeyed in GUIDED only, when armed. It ends a take-off."""
         steer(self._state, setpoint, condition, self.parameters)
 
     def hear_ground_station(self, now_us: int) -> None:
@@ -77,7 +78,7 @@ class Copter(Pilot[CopterState]):
             state.home = state.home or home_of(condition)
             notify(state, condition, Severity.INFO, "EKF3 IMU0 is using GPS")
         if state.payload.is_waiting:
-            self._shoot(condition)
+            shoot(state, condition)
         if state.armed:
             self._watch_ground(condition)
             if now_us % LOOK_US == 0:
@@ -217,7 +218,7 @@ class Copter(Pilot[CopterState]):
         lands = COPTER_MODES[state.mode].lands or (isinstance(state.going, Auto) and state.going.comes_down)
         delay_s = self.parameters["DISARM_DELAY"]
         tired = delay_s > 0.0 and now_us - state.standing_since_us >= 1e6 * delay_s
-        if (lands and (state.flown or tired)) or tired:
+        if tired or (lands and state.flown):
             stand_down(state, condition)
 
     def _touches(self, condition: Condition) -> bool:
@@ -250,10 +251,3 @@ class Copter(Pilot[CopterState]):
         if isinstance(state.going, Guided):
             return state.going.trip is not None
         return state.mode is Mode.AUTO and state.auto_armed and not state.flown
-
-    def _shoot(self, condition: Condition) -> None:
-        state = self._state
-        before = state.payload.shots
-        state.payload = state.payload.look(condition)
-        if state.payload.shots > before:
-            state.shots = (*state.shots, state.payload.shot(condition, state.home))

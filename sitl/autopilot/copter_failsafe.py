@@ -12,9 +12,10 @@ from collections.abc import Mapping
 from enum import IntEnum
 from operator import mul
 
-from sitl.autopilot.copter_memory import CopterState, knows_place, notify, stand_down
+from sitl.autopilot.copter_memory import CopterState, knows_place, stand_down
 from sitl.autopilot.copter_modes import COPTER_MODES
 from sitl.autopilot.copter_orders import switch
+from sitl.autopilot.memory import notify
 from sitl.condition import Condition
 from sitl.orders import Mode, Verdict
 from sitl.status import Severity

@@ -10,8 +10,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from sitl.autopilot.copter_failsafe import act
-from sitl.autopilot.copter_memory import CopterState, knows_place, notify, stand_down
+from sitl.autopilot.copter_memory import CopterState, knows_place, stand_down
 from sitl.autopilot.fence import CIRCLE, HIGH, LOW, POLYGON, beyond, fence_parts
+from sitl.autopilot.memory import notify
 from sitl.condition import Condition
 from sitl.orders import Mode
 from sitl.status import Severity

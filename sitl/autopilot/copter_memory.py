@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 from sitl.autopilot.auto import Auto
 from sitl.autopilot.guided import Guided
-from sitl.autopilot.memory import NOTHING, PilotState
+from sitl.autopilot.memory import NOTHING, PilotState, notify
 from sitl.autopilot.smart import Trail
 from sitl.autopilot.trip import Speeds, Trip
 from sitl.condition import Condition
 from sitl.orders import Mode, Verdict
-from sitl.status import Notice, Severity
+from sitl.status import Severity
 
 __all__ = [
     "PLACE_US",
@@ -22,7 +22,6 @@ __all__ = [
     "CopterState",
     "FenceRun",
     "knows_place",
-    "notify",
     "refuse",
     "stand_down",
     "trusts_place",
@@ -106,7 +105,7 @@ def stand_down(state: CopterState, condition: Condition) -> None:
     state.alarms = Alarms(ground_station=state.alarms.ground_station, battery=state.alarms.battery)
     state.fence, state.low_fence, state.trail = FenceRun(count=state.fence.count), False, Trail()
     state.setpoint, state.speeds = NOTHING, Speeds()
-    state.payload = replace(state.payload, distance_m=0.0, interval_s=0.0, shots_left=0, interest=None)
+    state.payload = state.payload.at_rest()
     notify(state, condition, Severity.INFO, "Disarming motors")
 
 
@@ -126,8 +125,3 @@ def refuse(state: CopterState, condition: Condition, text: str) -> Verdict:
     """No, and why."""
     notify(state, condition, Severity.CRITICAL, text)
     return Verdict.NOT_NOW
-
-
-def notify(state: CopterState, condition: Condition, severity: Severity, text: str) -> None:
-    """Keep a line of text to be told."""
-    state.notices = (*state.notices, Notice(condition.time_us, severity, text))

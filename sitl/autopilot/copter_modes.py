@@ -21,7 +21,10 @@ _Begin = Callable[[Glide, Home | None, Mapping[str, float]], Trip]
 
 @dataclass(frozen=True, slots=True)
 class CopterRow:
-    """One mode: its trip, whether it needs a position, whether one may arm in it, and whether it comes down."""
+    """One mode: its trip, whether it needs a position, whether one may arm in it, and whether it comes down.
+
+    A `level` one keeps level, as with its sticks in their middle.
+    """
 
     trip: _Begin
     needs_place: bool = True

@@ -12,7 +12,6 @@ from sitl.autopilot.auto_items import navigates, takes_off_first
 from sitl.autopilot.copter_memory import (
     CopterState,
     knows_place,
-    notify,
     refuse,
     stand_down,
     trusts_place,
@@ -20,7 +19,8 @@ from sitl.autopilot.copter_memory import (
 from sitl.autopilot.copter_modes import COPTER_MODES
 from sitl.autopilot.fence import beyond
 from sitl.autopilot.guided import Guided, begin_guided
-from sitl.autopilot.memory import NOTHING
+from sitl.autopilot.memory import NOTHING, notify
+from sitl.autopilot.shooting import use_payload
 from sitl.condition import Condition
 from sitl.geo import ned_of_geodetic
 from sitl.orders import (
@@ -77,10 +77,7 @@ def carry_out(
             state.auto_armed |= verdict is Verdict.ACCEPTED
             return verdict
         case UsePayload(item):
-            if state.payload.is_busy_for(item):
-                return Verdict.NOT_NOW
-            state.payload = replace(state.payload.told(item, state.home), paused=False)
-            return Verdict.ACCEPTED
+            return use_payload(state, item)
         case SetHome(point):
             return _set_home(state, point, condition)
         case ChangeSpeed(axis, speed_mps):

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, TypeVar
 
+from sitl.rotation import to_yaw
 from sitl.signals import Estimate, Setpoint
 
 __all__ = ["Glide", "GlideLimits", "follow_speed", "start_glide", "step_glide", "stopping_point"]
@@ -62,8 +63,7 @@ def start_glide(estimate: Estimate) -> Glide:
     """A setpoint that moves as the vehicle does."""
     north, east, down = estimate.position_ned_m.tolist()
     north_speed, east_speed, down_speed = estimate.velocity_ned_mps.tolist()
-    w, x, y, z = estimate.q_ned_frd.tolist()
-    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    yaw = to_yaw(estimate.q_ned_frd)
     return Glide(complex(north, east), complex(north_speed, east_speed), 0j, down, down_speed, 0.0, yaw, 0.0)
 
 

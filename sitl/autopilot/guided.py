@@ -8,13 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from enum import Enum, auto
-from functools import lru_cache
-from operator import itemgetter
 from typing import NamedTuple
 
 from sitl.autopilot.glide import Glide, start_glide
 from sitl.autopilot.shaping import Motion, pursue, shape_yaw
-from sitl.autopilot.trip import Speeds, Trip, climb, speeds_of, vertical_limits, yaw_limits
+from sitl.autopilot.trip import Speeds, Trip, by_parameters, climb, speeds_of, vertical_limits, yaw_limits
 from sitl.condition import Condition
 from sitl.kernels import Triple
 from sitl.orders import TurnTo
@@ -27,7 +25,16 @@ _ALONG_FROM = 0.05
 """Of the greatest speed: slower than that the nose does not turn along the way."""
 
 
-_LIMITING = (
+class _Limits(NamedTuple):
+    """How fast the target may move and turn: in speed, acceleration and jerk, and as `shape_yaw` takes it."""
+
+    level: Triple
+    up: Triple
+    down: Triple
+    yaw: Triple
+
+
+@by_parameters(
     "WPNAV_SPEED",
     "WPNAV_SPEED_UP",
     "WPNAV_SPEED_DN",
@@ -39,21 +46,7 @@ _LIMITING = (
     "ATC_ACCEL_Y_MAX",
     "ATC_INPUT_TC",
 )
-_limiting = itemgetter(*_LIMITING)
-
-
-class _Limits(NamedTuple):
-    """How fast the target may move and turn: in speed, acceleration and jerk, and as `shape_yaw` takes it."""
-
-    level: Triple
-    up: Triple
-    down: Triple
-    yaw: Triple
-
-
-@lru_cache(maxsize=64)  # asked in every frame, and hardly ever anew
-def _limits_by(speeds: Speeds, *values: float) -> _Limits:
-    parameters = dict(zip(_LIMITING, values, strict=True))
+def _limits(speeds: Speeds, parameters: Mapping[str, float]) -> _Limits:
     most, vertical = speeds_of(speeds, parameters), vertical_limits(parameters)
     level = most.speed_mps, most.acceleration_mps2, most.jerk_mps3
     return _Limits(level, (most.up_mps, *vertical), (most.down_mps, *vertical), yaw_limits(parameters))
@@ -157,7 +150,7 @@ class Guided(NamedTuple):
     ) -> Guided:
         """The target `dt_s` later."""
         if self.trip is not None:
-            turning = _limits_by(speeds, *_limiting(parameters)).yaw
+            turning = _limits(speeds, parameters).yaw
             yaw_goal, left = self._turn_on(self.goal, turning[2], dt_s)
             trip = self.trip.step(condition, dt_s, parameters, speeds)
             yaw, rate = _nose(yaw_goal, 0.0, *self.glide[6:], turning, dt_s)
@@ -176,7 +169,7 @@ class Guided(NamedTuple):
         """The streamed target `dt_s` later: it needs no look at the vehicle."""
         late = now_us - self.told_us > 1e6 * parameters["GUID_TIMEOUT"]
         goal = _at_rest(self.goal) if late else self.goal
-        level, up, down, turning = _limits_by(speeds, *_limiting(parameters))
+        level, up, down, turning = _limits(speeds, parameters)
         to_place = self.aim in (_Aim.POSITION, _Aim.MOTION)
         motion, wanted = pursue(self.glide[:6], goal[:6], to_place, level, up, down, dt_s)
         yaw, rate = self.glide[6:]

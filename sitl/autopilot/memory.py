@@ -10,12 +10,13 @@ from sitl.autopilot.course import Course
 from sitl.autopilot.mission import MissionCourse
 from sitl.autopilot.orbit import OrbitCourse
 from sitl.autopilot.payload import Payload
+from sitl.condition import Condition
 from sitl.orders import Mode
 from sitl.plans import MissionRun, Plans
 from sitl.signals import Setpoint
-from sitl.status import Home, Notice, Shot
+from sitl.status import Home, Notice, Severity, Shot
 
-__all__ = ["NOTHING", "CommanderState", "PilotState"]
+__all__ = ["NOTHING", "CommanderState", "PilotState", "notify"]
 
 _NAN3 = (math.nan, math.nan, math.nan)
 NOTHING = Setpoint(_NAN3, _NAN3, _NAN3, math.nan, math.nan)
@@ -76,3 +77,8 @@ class CommanderState(PilotState):
     def conduct(self) -> Mode:
         """What is really done now."""
         return self.failsafe or self.mode
+
+
+def notify(state: PilotState, condition: Condition, severity: Severity, text: str) -> None:
+    """Keep a line of text to be told."""
+    state.notices = (*state.notices, Notice(condition.time_us, severity, text))

@@ -47,6 +47,10 @@ class Payload:
         act = _ACTS.get(item.command)
         return self if act is None else act(self, item, home)
 
+    def at_rest(self) -> Payload:
+        """The payload without triggers, and without a region of interest."""
+        return replace(self, distance_m=0.0, interval_s=0.0, shots_left=0, interest=None)
+
     def is_busy_for(self, item: PlanItem) -> bool:
         """Whether it cannot take a single picture that is ordered because the one before is not taken yet."""
         interval_s, count, number = item.params[1:4]

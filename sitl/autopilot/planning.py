@@ -8,13 +8,12 @@ from dataclasses import replace
 from sitl.autopilot.itinerary import remarks, why_not_fly
 from sitl.autopilot.memory import CommanderState
 from sitl.autopilot.mission import MissionCourse
-from sitl.autopilot.payload import Payload
 from sitl.condition import Condition
 from sitl.orders import Mode, TakePlan
 from sitl.plans import MissionRun, PlanKind
-from sitl.status import Severity, Shot
+from sitl.status import Severity
 
-__all__ = ["end_mission", "leave_mission", "shoot", "stand_down_mission", "take_plan"]
+__all__ = ["end_mission", "leave_mission", "stand_down_mission", "take_plan"]
 
 Remarks = list[tuple[Severity, str]]
 
@@ -53,7 +52,7 @@ def leave_mission(state: CommanderState) -> None:
 def end_mission(state: CommanderState, then: Mode) -> None:
     """Go over to what follows the mission. The camera stops."""
     course = state.course
-    state.payload = _at_rest(state.payload)
+    state.payload = state.payload.at_rest()
     state.course = course.ending() if isinstance(course, MissionCourse) and then is Mode.HOLD else None
     state.mode = then
 
@@ -62,17 +61,4 @@ def stand_down_mission(state: CommanderState) -> None:
     """Disarmed: a mission that had come to its last item begins anew next time."""
     if state.run.seq + 1 >= len(state.plans.mission):
         state.run = MissionRun()
-        state.payload = _at_rest(state.payload)
-
-
-def shoot(state: CommanderState, condition: Condition) -> None:
-    """Take the picture that is due now, if any."""
-    before = state.payload.shots
-    state.payload = state.payload.look(condition)
-    if state.payload.shots > before:
-        shot: Shot = state.payload.shot(condition, state.home)
-        state.shots = (*state.shots, shot)
-
-
-def _at_rest(payload: Payload) -> Payload:
-    return replace(payload, distance_m=0.0, interval_s=0.0, shots_left=0, interest=None)
+        state.payload = state.payload.at_rest()

@@ -69,7 +69,7 @@ def _thinned(crumbs: tuple[_Crumb, ...], within_m: float) -> tuple[_Crumb, ...]:
         if worst is not None and _off_m(crumbs[worst], crumbs[begin], crumbs[end]) > within_m:
             kept.add(worst)
             spans += [(begin, worst), (worst, end)]
-    return tuple(crumbs[i] for i in sorted(kept) if i >= 0)
+    return tuple(crumbs[i] for i in sorted(kept))
 
 
 def _off_m(point: _Crumb, begin: _Crumb, end: _Crumb) -> float:

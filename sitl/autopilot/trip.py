@@ -6,14 +6,15 @@ Simpler than ArduPilot: between the places the target moves by the law of `glide
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from operator import itemgetter
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from sitl.autopilot.glide import Glide, GlideLimits, step_glide, stopping_point
 from sitl.condition import Condition
+from sitl.rotation import to_yaw
 from sitl.signals import Setpoint
 from sitl.status import Home
 
@@ -23,6 +24,7 @@ __all__ = [
     "Trip",
     "acceleration_of",
     "arrived",
+    "by_parameters",
     "climb",
     "fly_home",
     "hold_here",
@@ -31,6 +33,9 @@ __all__ = [
     "vertical_limits",
     "yaw_limits",
 ]
+
+Values = Mapping[str, float]
+Found = TypeVar("Found")
 
 _FAR_BELOW_M = 1000.0
 _LEAST_SPEED, _LEAST_ACCELERATION, _LEAST_JERK = 0.1, 0.1, 0.1
@@ -120,27 +125,34 @@ class Trip(NamedTuple):
         return self._replace(stops=self.stops[1:], arrived_at_us=None)
 
 
-_LIMITING = itemgetter(
+def by_parameters(
+    *names: str,
+) -> Callable[[Callable[[Speeds, Values], Found]], Callable[[Speeds, Values], Found]]:
+    """Makes of a function of speeds and those parameters one that remembers: it is asked in every frame, and hardly ever anew."""
+    values_of = itemgetter(*names)
+
+    def remembering(work: Callable[[Speeds, Values], Found]) -> Callable[[Speeds, Values], Found]:
+        @lru_cache(maxsize=64)
+        def worked_out(speeds: Speeds, *values: float) -> Found:
+            return work(speeds, dict(zip(names, values, strict=True)))
+
+        return lambda speeds, parameters: worked_out(speeds, *values_of(parameters))
+
+    return remembering
+
+
+@by_parameters(
     "WPNAV_SPEED", "WPNAV_SPEED_UP", "WPNAV_SPEED_DN", "WPNAV_ACCEL", "PSC_JERK_XY", "ATC_SLEW_YAW"
 )
-
-
-def speeds_of(speeds: Speeds, parameters: Mapping[str, float]) -> GlideLimits:
+def speeds_of(speeds: Speeds, parameters: Values) -> GlideLimits:
     """The limits of flying by itself, by the parameters WPNAV_ and PSC_."""
-    return _speeds_by(speeds, *_LIMITING(parameters))
-
-
-@lru_cache(maxsize=64)  # asked in every frame, and hardly ever anew
-def _speeds_by(
-    speeds: Speeds, level: float, up: float, down: float, acceleration: float, jerk: float, slew: float
-) -> GlideLimits:
     return GlideLimits(
-        speed_mps=max(_LEAST_SPEED, _or(speeds.level_mps, 0.01 * level)),
-        up_mps=max(_LEAST_SPEED, _or(speeds.up_mps, 0.01 * up)),
-        down_mps=max(_LEAST_SPEED, _or(speeds.down_mps, 0.01 * down)),
-        acceleration_mps2=max(_LEAST_ACCELERATION, 0.01 * acceleration),
-        jerk_mps3=max(_LEAST_JERK, jerk),
-        yaw_rate_radps=_slew_radps(slew),
+        speed_mps=max(_LEAST_SPEED, _or(speeds.level_mps, 0.01 * parameters["WPNAV_SPEED"])),
+        up_mps=max(_LEAST_SPEED, _or(speeds.up_mps, 0.01 * parameters["WPNAV_SPEED_UP"])),
+        down_mps=max(_LEAST_SPEED, _or(speeds.down_mps, 0.01 * parameters["WPNAV_SPEED_DN"])),
+        acceleration_mps2=acceleration_of(parameters, "WPNAV_ACCEL"),
+        jerk_mps3=max(_LEAST_JERK, parameters["PSC_JERK_XY"]),
+        yaw_rate_radps=_slew_radps(parameters["ATC_SLEW_YAW"]),
     )
 
 
@@ -193,7 +205,7 @@ def land_here(glide: Glide, home: Home | None, parameters: Mapping[str, float]) 
 
 
 def fly_home(glide: Glide, home: Home | None, parameters: Mapping[str, float]) -> Trip:
-    """Up to RTL_ALT inside RTL_CONE_SLOPE, home, wait there, down.
+    """Up to RTL_ALT inside RTL_CONE_SLOPE, home, wait there with the heading that it was armed with, down.
 
     Source: ArduPilot 4.6, mode_rtl.cpp, compute_return_target. RTL_ALT_FINAL 0 lands.
     """
@@ -212,14 +224,8 @@ def fly_home(glide: Glide, home: Home | None, parameters: Mapping[str, float]) -
     final_m = 0.01 * parameters["RTL_ALT_FINAL"]
     last = Stop(home_m, home_down_m - final_m if final_m > 0.0 else math.inf)
     wait_s = 1e-3 * parameters["RTL_LOIT_TIME"]
-    stops = (Stop(place_m, high_m), Stop(home_m, high_m, _yaw_home(home), wait_s), last)
+    stops = (Stop(place_m, high_m), Stop(home_m, high_m, to_yaw(home.q_ned_frd), wait_s), last)
     return Trip(stops, glide, _ground_m(home))
-
-
-def _yaw_home(home: Home) -> float:
-    """As when it was armed."""
-    w, x, y, z = home.q_ned_frd.tolist()
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def _ground_m(home: Home | None) -> float:

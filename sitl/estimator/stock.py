@@ -12,7 +12,7 @@ from sitl.kernels import FloatArray
 __all__ = ["StockFilter"]
 
 
-class StockFilter(ExtendedKalmanFilter):  # type: ignore[misc]
+class StockFilter(ExtendedKalmanFilter):  # type: ignore[misc]  # filterpy carries no types
     """filterpy's filter and arithmetic, given the horizon's transition before each prediction."""
 
     def __init__(self, nav: np.ndarray, noise: FloatArray) -> None:

@@ -9,7 +9,6 @@ from pymavlink.dialects.v20 import common
 
 from sitl.link.commands import ORDERS, Command
 from sitl.orders import (
-    ChangeSpeed,
     GoToItem,
     Mode,
     Order,
@@ -40,10 +39,6 @@ def _take_off(command: Command, flight: FlightStatus) -> Order | None:
 
 def _switch_to(mode: Mode) -> Callable[[Command, FlightStatus], Order]:
     return lambda _command, _flight: SwitchMode(mode)
-
-
-def _change_speed(command: Command, _: FlightStatus) -> Order | None:
-    return ChangeSpeed(int(command.param1), command.param2) if math.isfinite(command.param1) else None
 
 
 def _turn(command: Command, _: FlightStatus) -> Order | None:
@@ -114,7 +109,7 @@ COPTER_ORDERS: Mapping[int, Callable[[Command, FlightStatus], Order | None]] = {
     common.MAV_CMD_NAV_RETURN_TO_LAUNCH: _switch_to(Mode.RTL),
     common.MAV_CMD_NAV_LOITER_UNLIM: _switch_to(Mode.LOITER),
     common.MAV_CMD_MISSION_START: _start_mission,
-    common.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
+    common.MAV_CMD_DO_CHANGE_SPEED: ORDERS[common.MAV_CMD_DO_CHANGE_SPEED],
     common.MAV_CMD_CONDITION_YAW: _turn,
     common.MAV_CMD_DO_SET_HOME: _set_home,
     common.MAV_CMD_DO_SET_SERVO: _set_servo,

@@ -13,13 +13,12 @@ from dataclasses import dataclass
 from pymavlink.dialects.v20 import common
 
 from sitl.link.codec import Codec, CodecState, Received
-from sitl.link.commands import ORDERS, Command, answered, command_of, whole_number
+from sitl.link.commands import ORDERS, RESULTS, Command, answered, command_of, whole_number
 from sitl.link.helm import Helm
 from sitl.link.instruments import image_captured
 from sitl.link.messages import Message, MessageType, message_type
 from sitl.link.report import Report
 from sitl.link.signing import Signer
-from sitl.orders import Verdict
 from sitl.status import Shot
 
 __all__ = ["CAMERA_COMPONENT", "Camera", "CameraState"]
@@ -43,11 +42,6 @@ _DONE, _DENIED, _UNKNOWN = (
     common.MAV_RESULT_DENIED,
     common.MAV_RESULT_UNSUPPORTED,
 )
-_RESULTS = {
-    Verdict.ACCEPTED: _DONE,
-    Verdict.NOT_NOW: common.MAV_RESULT_TEMPORARILY_REJECTED,
-    Verdict.DENIED: _DENIED,
-}
 _SHOOTING = (common.MAV_CMD_IMAGE_START_CAPTURE, common.MAV_CMD_IMAGE_STOP_CAPTURE)
 
 
@@ -183,7 +177,7 @@ class Camera:
             return (_UNKNOWN, None) if builder is None else (_DONE, builder(helm.report()))
         if command.number in _SHOOTING:
             order = ORDERS[command.number](command, helm.report().flight)
-            return _DENIED if order is None else _RESULTS[helm.obey(order)], None
+            return _DENIED if order is None else RESULTS[helm.obey(order)], None
         if command.number == common.MAV_CMD_SET_CAMERA_MODE:
             if command.param2 != _IMAGE_MODE:
                 return _DENIED, None

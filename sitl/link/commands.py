@@ -23,15 +23,22 @@ from sitl.orders import (
     SwitchMode,
     TakeOff,
     UsePayload,
+    Verdict,
 )
 from sitl.plans import PlanItem
 from sitl.signals import GeoPoint
 from sitl.status import FlightStatus
 
-__all__ = ["ORDERS", "Command", "answered", "command_of", "whole_number"]
+__all__ = ["ORDERS", "RESULTS", "Command", "answered", "command_of", "whole_number"]
 
 _COMMAND_ACK = message_type("COMMAND_ACK")
 
+RESULTS: Mapping[Verdict, int] = {
+    Verdict.ACCEPTED: common.MAV_RESULT_ACCEPTED,
+    Verdict.NOT_NOW: common.MAV_RESULT_TEMPORARILY_REJECTED,
+    Verdict.DENIED: common.MAV_RESULT_DENIED,
+}
+"""How PX4 and its camera answer."""
 _FORCE = 21196.0
 _YES = 0.5
 _NO_LATLON = 2**31 - 1

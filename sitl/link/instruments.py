@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from sitl.clock import EPOCH_UNIX_US
 from sitl.geo import GRAVITY_MPS2
 from sitl.link.messages import Message, MessageType, message_type
 from sitl.link.report import Report, heading_deg, whole
@@ -25,8 +26,6 @@ _VIBRATION = message_type("VIBRATION")
 _DISTANCE_SENSOR = message_type("DISTANCE_SENSOR")
 _CAMERA_IMAGE_CAPTURED = message_type("CAMERA_IMAGE_CAPTURED")
 
-_EPOCH_UNIX_US = 1_767_225_600_000_000
-"""What the vehicle takes for the date at its start: 2026-01-01. A real clock would make flights differ."""
 _U16, _I16, _I32 = (0, 2**16 - 1), (-(2**15), 2**15 - 1), (-(2**31), 2**31 - 1)
 _UNKNOWN_U16 = 65535
 _RANGE_MAX_M = 100.0
@@ -133,7 +132,7 @@ def _servo_output_raw(report: Report) -> Message:
 
 
 def _system_time(report: Report) -> Message:
-    return _SYSTEM_TIME(time_unix_usec=_EPOCH_UNIX_US + report.time_us, time_boot_ms=report.time_ms)
+    return _SYSTEM_TIME(time_unix_usec=EPOCH_UNIX_US + report.time_us, time_boot_ms=report.time_ms)
 
 
 def _vibration(report: Report) -> Message:
@@ -165,7 +164,7 @@ def image_captured(shot: Shot) -> Message:
     """Where the camera was, and how it was held, when it took the picture."""
     point = shot.point
     return _CAMERA_IMAGE_CAPTURED(
-        time_utc=_EPOCH_UNIX_US + shot.time_us,
+        time_utc=EPOCH_UNIX_US + shot.time_us,
         time_boot_ms=shot.time_us // 1000 & 0xFFFFFFFF,
         lat=whole(point.lat_deg * 1e7, _I32),
         lon=whole(point.lon_deg * 1e7, _I32),

@@ -74,7 +74,7 @@ def _number(message_id: int) -> bytes:
 
 
 def _tuple_type(name: str, fields: list[str]) -> MessageType:
-    return namedtuple(name, fields)  # type: ignore[misc]
+    return namedtuple(name, fields)  # type: ignore[misc]  # named at run time
 
 
 def _spelled_out(message_id: int, name: str, fields: str, wire: str, crc_extra: int) -> Layout:

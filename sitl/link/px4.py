@@ -6,30 +6,27 @@ nothing of the other links; what they share is the helm.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from pymavlink.dialects.v20 import common
 
-from sitl.link.camera import Camera, CameraState
+from sitl.link.camera import CAMERA_COMPONENT, Camera, CameraState
 from sitl.link.codec import Codec, CodecState, Received
-from sitl.link.commands import ORDERS, Command, answered, command_of, whole_number
+from sitl.link.commands import answered, command_of
 from sitl.link.events import REQUEST_EVENT, no_event
-from sitl.link.failures import begun_by, ended_by
 from sitl.link.files import FILE_MESSAGE, Files, no_file
-from sitl.link.gimbal import claimed
 from sitl.link.helm import Helm
 from sitl.link.instruments import image_captured
 from sitl.link.logs import LOG_REQUEST, no_logs
 from sitl.link.messages import Message, MessageType, message_type
 from sitl.link.missions import MISSION_MESSAGES, PlanService
 from sitl.link.parameters import ParameterService
-from sitl.link.px4_status import MODE_OF_CODE, MODES_NOT_FLOWN, status_texts
+from sitl.link.px4_commands import CommandService, switch_mode
+from sitl.link.px4_status import status_texts
 from sitl.link.px4_telemetry import TELEMETRY_COMMANDS, Px4Telemetry, TelemetryState
 from sitl.link.setpoints import attitude_setpoint_of, setpoint_of
 from sitl.link.signing import Signer
-from sitl.orders import SwitchMode, Verdict, WishMode
 from sitl.signals import GeoPoint
 from sitl.status import Notice, Shot
 
@@ -46,15 +43,10 @@ _PING = message_type("PING")
 _SET_GPS_GLOBAL_ORIGIN = message_type("SET_GPS_GLOBAL_ORIGIN")
 _TIMESYNC = message_type("TIMESYNC")
 
-_RESULTS = {
-    Verdict.ACCEPTED: common.MAV_RESULT_ACCEPTED,
-    Verdict.NOT_NOW: common.MAV_RESULT_TEMPORARILY_REJECTED,
-    Verdict.DENIED: common.MAV_RESULT_DENIED,
-}
-_CUSTOM_MODE = 1
 _QUARTER_E7 = 900_000_000
 """90 degrees as MAVLink has them."""
 _OURS, _ANY = common.MAV_COMP_ID_AUTOPILOT1, common.MAV_COMP_ID_ALL
+_CAMERA_COMMANDS = (common.MAV_CMD_IMAGE_START_CAPTURE, common.MAV_CMD_IMAGE_STOP_CAPTURE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +58,7 @@ class Px4LinkState:
     parameters: ParameterService
     plans: PlanService
     files: Files
-    verdicts: tuple[Message, ...]
+    commands: CommandService
     hears_gcs: bool
     text_number: int
     camera: CameraState | None = None
@@ -93,7 +85,7 @@ class Px4Link:
         self._parameters = ParameterService()
         self._plans = PlanService()
         self._files = Files()
-        self._verdicts: tuple[Message, ...] = ()
+        self._commands = CommandService()
         self._hears_gcs = False
         self._relayed = relayed
         self._heartbeats: list[Received] = []
@@ -107,22 +99,25 @@ class Px4Link:
                 out += self._camera.receive(received, helm)
             handle = _HANDLERS.get(type(received.message))
             for answer in () if handle is None else handle(self, received, helm):
-                sender = (self._codec.system, _CAMERA) if self._addresses_camera(received.message) else None
+                sender = (
+                    (self._codec.system, CAMERA_COMPONENT)
+                    if self._addresses_camera(received.message)
+                    else None
+                )
                 out += self._codec.encode(answer, sender)
         return out
 
     def due_us(self, helm: Helm) -> int:
         """When there will be something to send unasked, unless something happens before; zero is at once."""
-        if self._verdicts or self._camera is not None or self._parameters.has_news(helm.parameters):
+        if self._commands.verdicts or self._camera is not None or self._parameters.has_news(helm.parameters):
             return 0
         return min(self._telemetry.streams.next_us, self._plans.due_us(helm))
 
     def send(self, helm: Helm) -> bytes:
         """What is to be sent unasked in this frame."""
         out = b"" if self._camera is None else self._camera.send(helm.time_us)
-        verdicts, self._verdicts = self._verdicts, ()
         messages = (
-            *verdicts,
+            *self._commands.take_verdicts(),
             *self._parameters.proceed(helm.parameters),
             *self._plans.proceed(helm),
             *self._telemetry.due(helm),
@@ -161,7 +156,7 @@ class Px4Link:
             parameters=replace(self._parameters),
             plans=replace(self._plans),
             files=replace(self._files),
-            verdicts=self._verdicts,
+            commands=replace(self._commands),
             hears_gcs=self._hears_gcs,
             text_number=self._text_number,
             camera=None if self._camera is None else self._camera.snapshot(),
@@ -172,8 +167,8 @@ class Px4Link:
         self._codec.restore(state.codec)
         self._telemetry.restore(state.telemetry)
         self._parameters, self._plans = replace(state.parameters), replace(state.plans)
-        self._files = replace(state.files)
-        self._verdicts, self._hears_gcs = state.verdicts, state.hears_gcs
+        self._files, self._commands = replace(state.files), replace(state.commands)
+        self._hears_gcs = state.hears_gcs
         if self._camera is not None and state.camera is not None:
             self._camera.restore(state.camera)
         self._text_number = state.text_number
@@ -187,7 +182,7 @@ class Px4Link:
             self._camera is None
             and isinstance(message, _COMMAND_LONG)
             and message.command in _CAMERA_COMMANDS
-            and (message.target_system, message.target_component) == (self._codec.system, _CAMERA)
+            and (message.target_system, message.target_component) == (self._codec.system, CAMERA_COMPONENT)
         )
 
     def _on_heartbeat(self, received: Received, helm: Helm) -> list[Message]:
@@ -253,7 +248,7 @@ class Px4Link:
         if message.target_system != self._codec.system:
             return []
         code = message.custom_mode >> 16 & 0xFF, message.custom_mode >> 24 & 0xFF
-        result = _switch_mode(message.base_mode, code, helm)
+        result = switch_mode(message.base_mode, code, helm)
         return [answered(common.MAV_CMD_DO_SET_MODE, result, received)]
 
     def _on_command(self, received: Received, helm: Helm) -> list[Message]:
@@ -263,69 +258,7 @@ class Px4Link:
         tell = TELEMETRY_COMMANDS.get(command.number)
         if tell is not None:
             return tell(self._telemetry, command, received, helm)
-        special = _COMMANDS.get(command.number)
-        if special is not None:
-            return special(self, command, received, helm)
-        if command.number in _NOTHING_TO_DO:
-            result = _NOTHING_TO_DO[command.number](command)
-            return [answered(command.number, result, received)]
-        order_of = ORDERS.get(command.number)
-        if order_of is None:
-            return [answered(command.number, common.MAV_RESULT_UNSUPPORTED, received)]
-        if command.number == common.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE:
-            command = claimed(command, received)
-        order = order_of(command, helm.report().flight)
-        result = common.MAV_RESULT_DENIED if order is None else _RESULTS[helm.obey(order)]
-        return [answered(command.number, result, received)]
-
-    def _do_set_mode(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        """PX4's receiver says yes at once. Its commander says what came of it a frame (10 ms) later."""
-        code = _byte(command.param2), _byte(command.param3)
-        verdict = answered(command.number, _switch_mode(_byte(command.param1), code, helm), received)
-        self._verdicts = (*self._verdicts, verdict)
-        return [answered(command.number, common.MAV_RESULT_ACCEPTED, received)]
-
-    def _inject_failure(self, command: Command, received: Received, helm: Helm) -> list[Message]:
-        """Only where SYS_FAILURE_EN allows it, as in PX4."""
-        begun, ended = begun_by(command, helm.time_us), ended_by(command)
-        if not helm.parameters["SYS_FAILURE_EN"]:
-            result = common.MAV_RESULT_DENIED
-        elif not begun and not ended:
-            result = common.MAV_RESULT_UNSUPPORTED
-        else:
-            result = common.MAV_RESULT_ACCEPTED
-            for fault in begun:
-                helm.inject(fault)
-            for kind in ended:
-                helm.heal(kind)
-        return [answered(command.number, result, received)]
-
-
-_NOTHING_TO_DO: Mapping[int, Callable[[Command], int]] = {
-    # No output has that function here, as none has in PX4's SIH; PX4 says yes all the same.
-    common.MAV_CMD_DO_SET_ACTUATOR: lambda _: int(common.MAV_RESULT_ACCEPTED),
-    # PX4's SITL has no way to reboot, and says so; not to reboot it can.
-    common.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: lambda command: int(
-        common.MAV_RESULT_DENIED if whole_number(command.param1) else common.MAV_RESULT_ACCEPTED
-    ),
-}
-"""Commands that PX4 only answers: with this."""
-_CAMERA = common.MAV_COMP_ID_CAMERA
-_CAMERA_COMMANDS = (common.MAV_CMD_IMAGE_START_CAPTURE, common.MAV_CMD_IMAGE_STOP_CAPTURE)
-
-
-def _switch_mode(base_mode: int, code: tuple[int, int], helm: Helm) -> int:
-    """The result of asking for a mode. One that is not known does nothing, and yet PX4 says yes."""
-    mode = MODE_OF_CODE.get(code) if base_mode & _CUSTOM_MODE else None
-    if mode is not None:
-        return int(_RESULTS[helm.obey(SwitchMode(mode))])
-    name = MODES_NOT_FLOWN.get(code) if base_mode & _CUSTOM_MODE else None
-    return int(common.MAV_RESULT_ACCEPTED if name is None else _RESULTS[helm.obey(WishMode(name))])
-
-
-def _byte(value: float) -> int:
-    """A parameter as PX4 casts it; one that is left out counts as zero."""
-    return int(value) & 0xFF if math.isfinite(value) else 0
+        return self._commands.receive(command, received, helm)
 
 
 _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message]]] = {
@@ -343,8 +276,4 @@ _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message
     REQUEST_EVENT: Px4Link._on_event_request,
     **dict.fromkeys(_PARAMETER_MESSAGES, Px4Link._on_parameter),
     **dict.fromkeys(MISSION_MESSAGES, Px4Link._on_plan),
-}
-_COMMANDS: Mapping[int, Callable[[Px4Link, Command, Received, Helm], list[Message]]] = {
-    common.MAV_CMD_DO_SET_MODE: Px4Link._do_set_mode,
-    common.MAV_CMD_INJECT_FAILURE: Px4Link._inject_failure,
 }

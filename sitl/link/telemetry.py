@@ -18,7 +18,6 @@ _ATTITUDE_QUATERNION = message_type("ATTITUDE_QUATERNION")
 _LOCAL_POSITION_NED = message_type("LOCAL_POSITION_NED")
 _GLOBAL_POSITION_INT = message_type("GLOBAL_POSITION_INT")
 _ODOMETRY = message_type("ODOMETRY")
-_POSITION_TARGET_LOCAL_NED = message_type("POSITION_TARGET_LOCAL_NED")
 _ATTITUDE_TARGET = message_type("ATTITUDE_TARGET")
 _ALTITUDE = message_type("ALTITUDE")
 _ESTIMATOR_STATUS = message_type("ESTIMATOR_STATUS")
@@ -87,23 +86,6 @@ def _odometry(report: Report) -> Message | None:
         pose_covariance=tuple(pose), velocity_covariance=tuple(twist),
         frame_id=1, child_frame_id=1, reset_counter=0, estimator_type=8, quality=0,
     )  # fmt: skip
-
-
-def _position_target(report: Report) -> Message | None:
-    flight = report.flight
-    if not flight.armed:
-        return None
-    setpoint = flight.setpoint
-    return _POSITION_TARGET_LOCAL_NED(
-        report.time_ms,
-        *setpoint.position_ned_m,
-        *setpoint.velocity_ned_mps,
-        *setpoint.acceleration_ned_mps2,
-        setpoint.yaw_ned_rad,
-        setpoint.yaw_rate_ned_radps,
-        type_mask=0,
-        coordinate_frame=1,
-    )
 
 
 def _attitude_target(report: Report) -> Message | None:
@@ -184,7 +166,6 @@ TELEMETRY: Mapping[MessageType, Builder] = {
     _LOCAL_POSITION_NED: _local_position_ned,
     _GLOBAL_POSITION_INT: _global_position_int,
     _ODOMETRY: _odometry,
-    _POSITION_TARGET_LOCAL_NED: _position_target,
     _ATTITUDE_TARGET: _attitude_target,
     _ALTITUDE: _altitude,
     _ESTIMATOR_STATUS: _estimator_status,

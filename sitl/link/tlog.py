@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import BinaryIO
 
+from sitl.clock import EPOCH_UNIX_US
 from sitl.link.frames import whole_frames
 
 __all__ = ["TlogWriter", "logged_frames"]
 
-_EPOCH_UNIX_US = 1_767_225_600_000_000
-"""2026-01-01, as in SYSTEM_TIME: simulated time is logged, so that equal flights give equal files."""
 _STAMP, _LONGEST = 8, 280
 
 
 class TlogWriter:
     """Writes frames to an unbuffered file, so that it can be read while the vehicle lives.
 
-    A file that cannot be written any more (a full disk) is given up: `fault` says why, and the flight goes on.
+    Simulated time is logged, so that equal flights give equal files. A file that cannot be written any more (a full disk)
+    is given up: `fault` says why, and the flight goes on.
     """
 
     def __init__(self, file: BinaryIO) -> None:
@@ -26,7 +26,7 @@ class TlogWriter:
 
     def write(self, now_us: int, *links: bytes) -> None:
         """Add the whole frames among these bytes, of each link its own."""
-        stamp = (_EPOCH_UNIX_US + now_us).to_bytes(_STAMP, "big")
+        stamp = (EPOCH_UNIX_US + now_us).to_bytes(_STAMP, "big")
         record = b"".join(stamp + frame for data in links for frame in whole_frames(data))
         if record and self.fault is None:
             try:

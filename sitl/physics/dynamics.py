@@ -3,8 +3,8 @@
 Rotor i pulls with k ω² along -z, drags with c ω v across its shaft and twists with ±κ k ω²; the airframe
 drags with ½ ρ A |v| v on each axis. At a height z over the ground a rotor of radius R pulls 1 / (1 - (R/4z)²)
 as much (Cheeseman and Bennett, "The effect of the ground on a helicopter rotor in forward flight", ARC R&M
-3021, 1957, in hover; theirs is at equal power, taken here at equal rotor speed). Integrated by the classic Runge–Kutta method; the rotors'
-first-order lag, which nothing feeds back into, is taken exactly.
+3021, 1957, in hover; theirs is at equal power, taken here at equal rotor speed). Integrated by the classic
+Runge–Kutta method; the rotors' first-order lag, which nothing feeds back into, is taken exactly.
 """
 
 from __future__ import annotations

@@ -151,7 +151,7 @@ def _kept(keep: Callable[[Path], list[str]], folder: Path) -> list[str]:
 
 
 def _keepers(request: pytest.FixtureRequest) -> list[Callable[[Path], list[str]]]:
-    return request.node.stash.setdefault(_KEEPERS, [])  # type: ignore[no-any-return]
+    return request.node.stash.setdefault(_KEEPERS, [])  # type: ignore[no-any-return]  # `node` is Any
 
 
 def _folder(item: pytest.Item) -> Path:

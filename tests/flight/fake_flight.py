@@ -4,6 +4,7 @@ import math
 import random
 
 import numpy as np
+from pymavlink.dialects.v20 import common as mavlink
 
 from mavspiral.curve.line import LinePath
 from mavspiral.flight.outcome import SessionConfig
@@ -145,3 +146,15 @@ def split(stream):
         frames.append(stream[:size])
         stream = stream[size:]
     return frames
+
+
+def texts(session):
+    return " | ".join(event.text for event in session.events)
+
+
+def streaming_for(session, path_s):
+    return lambda: session.path_t_s > path_s
+
+
+def parsed(stream):
+    return mavlink.MAVLink(None).parse_buffer(stream) or []

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fake_flight import HOME, PLAN_ORIGIN, VEHICLE_ORIGIN, fly, make_session
+from fake_flight import HOME, PLAN_ORIGIN, VEHICLE_ORIGIN, fly, make_session, texts
 
 from mavspiral.flight.outcome import SessionConfig, State
 from mavspiral.frames import GeoPoint, LocalFrame
@@ -14,10 +14,6 @@ OFF_M = np.array([2.0, -1.5, 0.0])
 def aligning(off_m=OFF_M, **kwargs):
     """The place where it stands is `off_m` away from where the plan has it."""
     return make_session(align_at_enu_m=STANDS_ENU_M - off_m, **kwargs)
-
-
-def texts(session):
-    return " | ".join(event.text for event in session.events)
 
 
 def test_it_averages_on_the_ground_then_waits_for_a_word_and_does_not_arm_without(px4):

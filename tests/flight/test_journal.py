@@ -10,7 +10,7 @@ from fake_flight import PLAN_ORIGIN, fly, make_session
 
 from mavspiral.errors import InputError
 from mavspiral.flight import spool as spools
-from mavspiral.flight.journal import JournalWriter, read_journal, whole_n
+from mavspiral.flight.journal import JournalWriter, borrowed_in, read_journal, whole_n
 from mavspiral.flight.spool import Spool
 from mavspiral.frames import LocalFrame
 from mavspiral.logbook.recording import Recording
@@ -82,6 +82,16 @@ def test_what_is_no_journal_is_refused_in_a_line(tmp_path, content):
         (tmp_path / "j").write_bytes(content)
     with pytest.raises(InputError, match=r"Fix:.*without --resume"):
         read_journal(tmp_path / "j")
+
+
+@pytest.mark.parametrize("read", [borrowed_in, whole_n])
+def test_a_journal_that_cannot_be_read_is_refused_in_a_line_and_one_that_is_not_there_is_empty(
+    tmp_path, read
+):
+    assert not read(tmp_path / "j")
+    (tmp_path / "j").mkdir()
+    with pytest.raises(InputError, match=r"j: cannot be read \(Is a directory\)\. Fix:"):
+        read(tmp_path / "j")
 
 
 def test_a_spool_appends_what_it_is_given_in_order(tmp_path):
