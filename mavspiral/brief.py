@@ -38,7 +38,7 @@ __all__ = [
 ]
 
 HOME_AWAY_M, HOME_SEARCHED_M = 35.0, 500.0
-HOME_SPARE_M = 2.0
+HOME_SPARE_M = 5.0
 """A home that nobody named is so far from the building or, on a way of so much, the first place that has so much to spare."""
 REACH_M = 2000.0
 """Homes and keep-outs farther from the building than this are taken for slips."""
