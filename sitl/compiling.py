@@ -19,7 +19,8 @@ import numpy as np
 
 from sitl.airframe import RECEIVERS, load_airframe
 from sitl.autopilot.memory import NOTHING
-from sitl.autopilot.shaping import pursue, shape_yaw
+from sitl.autopilot.pursuit import LIMITS_N, PURSUIT_N, pursue_on, turn_on
+from sitl.autopilot.shaping import shape_yaw
 from sitl.clock import FRAME_S, FRAME_US
 from sitl.estimator.ekf import ALIGN_FRAMES, Ekf
 from sitl.estimator.error_state import report
@@ -28,7 +29,7 @@ from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, HORIZON_FRAMES,
 from sitl.kernels import is_compiled
 from sitl.loop import live
 from sitl.params import Params
-from sitl.signals import Demand, GeoPoint
+from sitl.signals import Demand, GeoPoint, vector
 from sitl.vehicle import Vehicle, VehicleConfig
 
 __all__ = ["compiled_beside", "work"]
@@ -80,9 +81,10 @@ def _move() -> None:
     airframe = load_airframe(_AIRFRAME)
     vehicle = Vehicle(VehicleConfig(airframe, Params(airframe.params), GeoPoint(0.0, 0.0, 0.0)))
     vehicle.advance(FRAME_US, Demand(armed=False, idle=False, setpoint=NOTHING))
-    rest, most = (0j, 0j, 0j, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
-    pursue(rest, rest, True, most, most, most, FRAME_S)
-    shape_yaw(0.0, 0.0, 0.0, most, FRAME_S)
+    rest, limits = np.zeros(PURSUIT_N), vector(np.ones(LIMITS_N), LIMITS_N)
+    pursue_on(rest, limits, False, True, False, FRAME_S)
+    turn_on(rest, limits, FRAME_S)
+    shape_yaw(0.0, 0.0, 0.0, (1.0, 1.0, 1.0), FRAME_S)
 
 
 def _believe() -> None:
