@@ -258,20 +258,14 @@ def _pause(state: CopterState, *, go_on: bool) -> Verdict:
     """A mission alone can be paused; GUIDED has nothing to go on with here."""
     if not isinstance(state.going, Auto):
         return Verdict.DENIED
-    state.going = replace(state.going, paused=not go_on)
+    state.going = state.going.held(paused=not go_on)
     return Verdict.ACCEPTED
 
 
 def _turn(state: CopterState, turn: TurnTo) -> Verdict:
     match state.going:
-        case Guided():
+        case Guided() | Auto():
             state.going = state.going.turned(turn)
-        case Auto():
-            yaw = turn.yaw_rad * (turn.sign or 1) + state.going.glide.yaw_ned_rad * turn.relative
-            yaw = yaw if turn.relative else turn.yaw_rad
-            state.going = replace(
-                state.going, heading_rad=yaw, heading_rate_radps=turn.rate_radps or math.nan
-            )
         case _:
             pass  # ArduPilot says yes in any mode
     return Verdict.ACCEPTED
