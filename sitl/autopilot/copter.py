@@ -58,6 +58,7 @@ class Copter(Pilot[CopterState]):
 
     def obey(self, order: Order, condition: Condition) -> Verdict:
         """Carry out the order, or not."""
+        self.holds_until_us = 0
         return carry_out(self._state, order, condition, self.parameters)
 
     def steer(self, setpoint: Setpoint, condition: Condition) -> None:
@@ -71,6 +72,8 @@ class Copter(Pilot[CopterState]):
     def command(self, condition: Condition) -> Demand:
         """What the cascade shall do until the next frame."""
         state, now_us = self._state, condition.time_us
+        if self.onward is not None and now_us < self.holds_until_us and not condition.on_ground:
+            return self.onward(now_us)
         next_look_us = now_us - now_us % LOOK_US + LOOK_US
         self.holds_until_us, self.onward = 0, None
         if not state.told_place and knows_place(condition):
