@@ -175,7 +175,7 @@ class Heartbeat(NamedTuple):
 
     @property
     def is_copter(self) -> bool:
-        """Whether it is one that can hover where it is told to; no gimbal, rover or aeroplane with such an autopilot."""
+        """Whether it can hover where it is told to: no gimbal, rover or aeroplane with such an autopilot."""
         return self.vehicle_type in _COPTERS
 
     @property
