@@ -114,7 +114,13 @@ def test_on_a_bad_link_no_picture_is_missing_and_none_is_double(vehicle, seed):
     fly(session, vehicle, up=Air(seed, loss=0.3), down=Air(seed + 9, loss=0.3))
     assert session.outcome.ok
     assert [number for number, _ in vehicle.shots] == [1.0, 2.0, 3.0, 4.0, 5.0]
-    assert sorted(p.shot for p in session.pictures) == [0, 1, 2, 3, 4]  # one that was asked for again is heard of later
+    assert sorted(p.shot for p in session.pictures) == [
+        0,
+        1,
+        2,
+        3,
+        4,
+    ]  # one that was asked for again is heard of later
 
 
 def test_the_last_picture_is_asked_for_when_nothing_was_heard_of_it(vehicle):
