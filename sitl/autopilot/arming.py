@@ -12,8 +12,10 @@ from sitl.orders import Mode
 from sitl.signals import GeoPoint, vector
 from sitl.status import Home
 
-__all__ = ["home_at", "home_in", "home_of", "idle_limit_us", "is_ready", "why_not_arm"]
+__all__ = ["UNWELL", "home_at", "home_in", "home_of", "idle_limit_us", "is_ready", "why_not_arm"]
 
+UNWELL = "Resolve system health failures first"
+"""Why one does not arm when it is something that was told before."""
 _PREFLIGHT_EXTRA_US = 1_500_000
 """Auto-disarm without take-off was seen 11.5 s after arming, with COM_DISARM_PRFLT = 10 s."""
 
@@ -33,7 +35,7 @@ def is_ready(condition: Condition) -> bool:
 def why_not_arm(condition: Condition, mode: Mode, *, streamed: bool, mission_ok: bool) -> str | None:
     """What speaks against arming in this mode; None when nothing does."""
     if not is_ready(condition):
-        return "Resolve system health failures first"
+        return UNWELL
     if not MODES[mode].arms:
         return "Mode not suitable for takeoff"
     if mode is Mode.OFFBOARD and not streamed:

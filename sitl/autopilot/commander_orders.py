@@ -6,12 +6,13 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from sitl.autopilot.arming import home_of, why_not_arm
+from sitl.autopilot.arming import UNWELL, home_of, why_not_arm
 from sitl.autopilot.charge import charge_of
 from sitl.autopilot.errands import change_speed, circle, reposition, set_home
+from sitl.autopilot.geofence import breaches, whereabouts
 from sitl.autopilot.memory import NOTHING, CommanderState, notify
 from sitl.autopilot.modes import MODES, climbs
-from sitl.autopilot.planning import leave_mission, stand_down_mission, take_plan
+from sitl.autopilot.planning import judge_mission, leave_mission, stand_down_mission, take_plan
 from sitl.autopilot.shooting import use_payload
 from sitl.autopilot.upset import leaning_axis
 from sitl.condition import Condition
@@ -60,6 +61,8 @@ def carry_out(
             return _switch(state, Mode.TAKEOFF, condition, lost_us)
         case SwitchMode(mode):
             state.takeoff_alt_amsl_m = math.nan
+            if mode is Mode.MISSION:
+                remark(state, condition, judge_mission(state, condition, parameters))
             return _switch(state, mode, condition, lost_us)
         case WishMode(name):
             return _refuse_mode(state, name, condition)
@@ -104,8 +107,16 @@ def _arm(
         if axis:
             notify(state, condition, Severity.CRITICAL, f"Preflight Fail: Attitude failure ({axis})")
             return Verdict.NOT_NOW
+        if state.mode is Mode.MISSION:
+            remark(state, condition, judge_mission(state, condition, parameters))
+        told = (
+            breaches(state, condition, parameters, whereabouts(condition)) if parameters["GF_ACTION"] else []
+        )
+        remark(state, condition, told)
         streamed = condition.time_us <= lost_us
         reason = why_not_arm(condition, state.mode, streamed=streamed, mission_ok=state.mission_ok)
+        if reason is None and told:
+            reason = UNWELL
         if reason is not None:
             notify(state, condition, Severity.CRITICAL, f"Arming denied: {reason}")
             return Verdict.NOT_NOW
@@ -164,6 +175,7 @@ def _refuse_mode(state: CommanderState, name: str, condition: Condition) -> Verd
 def _start_mission(
     state: CommanderState, condition: Condition, parameters: Mapping[str, float], lost_us: float
 ) -> Verdict:
+    remark(state, condition, judge_mission(state, condition, parameters))
     if not state.mission_ok:
         notify(state, condition, Severity.CRITICAL, "Mission start denied! No valid mission")
         return Verdict.DENIED

@@ -8,8 +8,9 @@ from dataclasses import replace
 
 from sitl.autopilot.arming import home_at
 from sitl.autopilot.course import Course, begin_course
+from sitl.autopilot.geofence import allows
 from sitl.autopilot.glide import stopping_point
-from sitl.autopilot.memory import CommanderState
+from sitl.autopilot.memory import CommanderState, notify
 from sitl.autopilot.mission import MissionCourse
 from sitl.autopilot.modes import repositioned
 from sitl.autopilot.orbit import OrbitCourse, begin_orbit
@@ -18,7 +19,7 @@ from sitl.autopilot.progress import briefing_of
 from sitl.condition import Condition
 from sitl.orders import ChangeSpeed, Mode, Orbit, Reposition, Verdict
 from sitl.signals import GeoPoint
-from sitl.status import OrbitRun
+from sitl.status import OrbitRun, Severity
 
 __all__ = ["change_speed", "circle", "orbit_run", "reposition", "set_home"]
 
@@ -34,18 +35,23 @@ def reposition(
     *,
     flies: bool,
 ) -> Verdict:
-    """Go there and hold; on the ground only the mode changes."""
+    """Go there and hold; on the ground only the mode changes, and so it does where the fence does not let it go there."""
     origin = condition.origin
     if origin is None or not condition.estimate.position_ok:
         return Verdict.NOT_NOW
     leave_mission(state)
-    state.mode, state.failsafe, state.for_need = Mode.HOLD, None, None
+    held, state.mode, state.failsafe, state.for_need = state.conduct is Mode.HOLD, Mode.HOLD, None, None
     if not flies:
         return Verdict.ACCEPTED
     if not order.speed_mps > 0.0:
         order = replace(order, speed_mps=state.speed_mps)
     course = begin_course(Mode.HOLD, briefing_of(state, condition, parameters))
-    state.course = course._replace(route=(repositioned(order, origin, course.route[-1]),))
+    goal = repositioned(order, origin, course.route[-1])
+    if allows(state, condition, parameters, goal):
+        state.course = course._replace(route=(goal,))
+    else:
+        notify(state, condition, Severity.CRITICAL, "Reposition is outside geofence")
+        state.course = state.course if held else None
     return Verdict.ACCEPTED
 
 

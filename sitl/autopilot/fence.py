@@ -14,7 +14,7 @@ from sitl.condition import Condition
 from sitl.geo import ned_of_geodetic
 from sitl.plans import PlanItem
 
-__all__ = ["CIRCLE", "HIGH", "LOW", "POLYGON", "areas_beyond_m", "beyond", "fence_parts"]
+__all__ = ["CIRCLE", "HIGH", "LOW", "POLYGON", "areas_beyond_m", "areas_of", "beyond", "fence_parts"]
 
 HIGH, CIRCLE, POLYGON, LOW = 1, 2, 4, 8
 _INSIDE_POLYGON, _OUTSIDE_POLYGON, _INSIDE_CIRCLE, _OUTSIDE_CIRCLE = 5001, 5002, 5003, 5004
@@ -55,26 +55,30 @@ def beyond(
     return {part: metres for part, metres in found.items() if parts & part}
 
 
+def areas_of(items: tuple[PlanItem, ...]) -> Iterator[tuple[PlanItem, ...]]:
+    """The items of each uploaded area: one for a circle, its corners for a polygon."""
+    seq = 0
+    while seq < len(items):
+        command = items[seq].command
+        is_polygon = command in (_INSIDE_POLYGON, _OUTSIDE_POLYGON)
+        count = max(1, int(items[seq].params[0])) if is_polygon else 1
+        if is_polygon or command in (_INSIDE_CIRCLE, _OUTSIDE_CIRCLE):
+            yield items[seq : seq + count]
+        seq += count
+
+
 def areas_beyond_m(
     items: tuple[PlanItem, ...], anchor: tuple[float, float, float], place_m: complex
 ) -> Iterator[tuple[bool, float]]:
     """Of each uploaded area, whether it is one to stay in, and how far the place lies on its wrong side."""
-    seq = 0
-    while seq < len(items):
-        item = items[seq]
-        if item.command in (_INSIDE_CIRCLE, _OUTSIDE_CIRCLE):
-            off_m = abs(place_m - _place_m(item, anchor)) - item.params[0]
-            stays_in = item.command == _INSIDE_CIRCLE
-            yield stays_in, off_m if stays_in else -off_m
-            seq += 1
-            continue
-        count = max(1, int(item.params[0]))
-        if item.command in (_INSIDE_POLYGON, _OUTSIDE_POLYGON):
-            corners = [_place_m(corner, anchor) for corner in items[seq : seq + count]]
-            inside_m = _inside_m(corners, place_m)
-            stays_in = item.command == _INSIDE_POLYGON
-            yield stays_in, -inside_m if stays_in else inside_m
-        seq += count
+    for area in areas_of(items):
+        command = area[0].command
+        if command in (_INSIDE_CIRCLE, _OUTSIDE_CIRCLE):
+            off_m = abs(place_m - _place_m(area[0], anchor)) - area[0].params[0]
+        else:
+            off_m = -_inside_m([_place_m(corner, anchor) for corner in area], place_m)
+        stays_in = command in (_INSIDE_POLYGON, _INSIDE_CIRCLE)
+        yield stays_in, off_m if stays_in else -off_m
 
 
 def _place_m(item: PlanItem, anchor: tuple[float, float, float]) -> complex:

@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 from sitl.autopilot.charge import Charge
 from sitl.autopilot.course import Course
 from sitl.autopilot.mission import MissionCourse
+from sitl.autopilot.modes import Waypoint
 from sitl.autopilot.orbit import OrbitCourse
 from sitl.autopilot.payload import Payload
 from sitl.condition import Condition
 from sitl.orders import Mode
-from sitl.plans import MissionRun, Plans
+from sitl.plans import MissionRun, PlanItem, Plans
 from sitl.signals import Setpoint
 from sitl.status import Home, Notice, Severity, Shot
 
@@ -56,8 +57,12 @@ class CommanderState(PilotState):
     for_need: Mode | None = None
     """What the battery's last warning or the geofence asks for, from `for_need_at_us` on; Hold before."""
     for_need_at_us: int = 0
+    fence: tuple[PlanItem, ...] = ()
+    """The uploaded areas that hold: those that home was in."""
     outside: bool = False
     """Whether it has left its geofence."""
+    left_at: Waypoint | None = None
+    """Where it has just left it: where it is to hold, once."""
     takeoff_alt_amsl_m: float = math.nan
     speed_mps: float = math.nan
     """What DO_CHANGE_SPEED asked for, until the mode changes; NaN is the usual speed."""
@@ -67,6 +72,7 @@ class CommanderState(PilotState):
     """When the ground station's heartbeat came last; None before the first, and once it has been told of as lost."""
     course: Course | MissionCourse | OrbitCourse | None = None
     mission_fault: str | None = None
+    """What speaks against flying the mission, as PX4 says it."""
 
     @property
     def mission_ok(self) -> bool:

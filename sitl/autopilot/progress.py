@@ -55,4 +55,8 @@ def _begin(
     if state.conduct is Mode.MISSION:
         state.payload = replace(state.payload, paused=False)
         return begin_mission(state.plans.mission, state.run, briefing)
-    return begin_course(state.conduct, briefing)
+    course = begin_course(state.conduct, briefing)
+    if state.left_at is not None and state.failsafe is Mode.HOLD:
+        course = course._replace(route=(state.left_at,))
+    state.left_at = None
+    return course
