@@ -16,7 +16,7 @@ from sitl.link.signing import Signing
 from sitl.orders import Order, Verdict
 from sitl.params import Params
 from sitl.plans import MissionRun, Plans
-from sitl.signals import Demand, FloatArray, GeoPoint, Setpoint
+from sitl.signals import Demand, FloatArray, GeoPoint, Setpoint, Sticks
 from sitl.status import FlightStatus, Notice
 from sitl.vehicle import Vehicle, VehicleConfig, VehicleState
 
@@ -110,6 +110,11 @@ class Craft:
     def steer(self, setpoint: Setpoint) -> None:
         """Take an OFFBOARD setpoint."""
         self.commander.steer(setpoint, self.vehicle)
+
+    def hear_sticks(self, sticks: Sticks) -> None:
+        """Take a pilot's sticks; an ArduCopter does not."""
+        if isinstance(self.commander, Commander):
+            self.commander.hear_sticks(sticks, self.time_us)
 
     def hear_ground_station(self) -> None:
         """The ground station is there."""

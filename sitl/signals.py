@@ -25,6 +25,7 @@ __all__ = [
     "ImuSample",
     "MagSample",
     "Setpoint",
+    "Sticks",
     "TruthState",
     "vector",
 ]
@@ -213,6 +214,15 @@ class Setpoint(NamedTuple):
     yaw_ned_rad: float
     yaw_rate_ned_radps: float
     attitude: AttitudeSetpoint | None = None
+
+
+class Sticks(NamedTuple):
+    """How far a pilot deflects each stick, -1…1."""
+
+    forward: float
+    right: float
+    up: float
+    clockwise: float
 
 
 class Demand(NamedTuple):

@@ -40,6 +40,8 @@ def why_not_arm(condition: Condition, mode: Mode, *, streamed: bool, mission_ok:
         return "Mode not suitable for takeoff"
     if mode is Mode.OFFBOARD and not streamed:
         return "No offboard signal"
+    if not streamed:
+        return UNWELL
     if MODES[mode].needs_mission and not mission_ok:
         return "No valid mission available"
     return None

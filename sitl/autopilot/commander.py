@@ -6,6 +6,7 @@ Pure logic on values, after PX4 v1.17 as it was seen to behave without a radio c
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from sitl.autopilot.arming import home_in, home_of, idle_limit_us, is_ready
@@ -22,7 +23,7 @@ from sitl.autopilot.upset import ends_flight, leaning_axis, watch_attitude
 from sitl.clock import FRAME_S
 from sitl.condition import Condition
 from sitl.orders import Mode, Order, Verdict
-from sitl.signals import Demand, Setpoint
+from sitl.signals import Demand, Setpoint, Sticks
 from sitl.status import FlightStatus, Landed, Severity
 
 __all__ = ["Commander", "CommanderState"]
@@ -30,6 +31,8 @@ __all__ = ["Commander", "CommanderState"]
 _DISARMED = Demand(armed=False, idle=True, setpoint=NOTHING)
 _IDLE = Demand(armed=True, idle=True, setpoint=NOTHING)
 _LOOK_US = 100_000
+_WITH_JOYSTICK = (1, 2, 3)
+"""COM_RC_IN_MODE where MANUAL_CONTROL counts. 1, joystick only, is PX4's SITL's own."""
 _ALOFT = {Mode.TAKEOFF: Landed.TAKING_OFF, Mode.LAND: Landed.LANDING}
 
 
@@ -54,7 +57,7 @@ class Commander(Pilot[CommanderState]):
     def obey(self, order: Order, condition: Condition) -> Verdict:
         """Carry out the order, or not."""
         self.holds_until_us = 0
-        return carry_out(self._state, order, condition, self.parameters, lost_us=self._lost_us())
+        return carry_out(self._state, order, condition, self.parameters, lost_us=self._lost_us)
 
     def steer(self, setpoint: Setpoint, condition: Condition) -> None:
         """Take an OFFBOARD setpoint: a proof of life in any mode, obeyed in OFFBOARD only.
@@ -70,6 +73,11 @@ class Commander(Pilot[CommanderState]):
         elif state.steering is not None:
             state.steering = state.course = None
             self.holds_until_us = 0
+
+    def hear_sticks(self, sticks: Sticks, now_us: int) -> None:
+        """Take a pilot's sticks, as COM_RC_IN_MODE lets it: obeyed in POSITION only."""
+        if self.parameters["COM_RC_IN_MODE"] in _WITH_JOYSTICK:
+            self._state.sticks, self._state.sticks_at_us = sticks, now_us
 
     def hear_ground_station(self, now_us: int) -> None:
         """The ground station is there; when it is not any more, that is told and nothing else."""
@@ -106,8 +114,8 @@ class Commander(Pilot[CommanderState]):
             if not state.armed:
                 return _DISARMED
             remark(state, condition, watch_charge(state, condition, self.parameters))
-        lost_us = self._lost_us()
-        streamed = state.mode is not Mode.OFFBOARD or now_us <= lost_us
+        lost_us = self._lost_us(state.mode)
+        streamed = now_us <= lost_us
         remark(state, condition, change_conduct(state, condition, self.parameters, streamed=streamed))
         if not may_fly(state, condition, self.parameters):
             state.course = None
@@ -142,10 +150,14 @@ class Commander(Pilot[CommanderState]):
             payload=state.payload.status,
         )
 
-    def _lost_us(self) -> float:
-        """Until when setpoints count as streamed, if no more come."""
-        limit_s = self.parameters["COM_OF_LOSS_T"] * self._loss_scale
-        return lost_us(self._state.steered_at_us, limit_s)
+    def _lost_us(self, mode: Mode) -> float:
+        """Until when what that mode follows counts as streamed, if no more comes: setpoints, or sticks."""
+        if mode is Mode.OFFBOARD:
+            limit_s = self.parameters["COM_OF_LOSS_T"] * self._loss_scale
+            return lost_us(self._state.steered_at_us, limit_s)
+        if mode is Mode.POSITION:
+            return lost_us(self._state.sticks_at_us, self.parameters["COM_RC_LOSS_T"] * self._loss_scale)
+        return math.inf
 
     def _demanded(self, setpoint: Setpoint) -> Demand:
         """To fly that; the same demand for the same setpoint."""

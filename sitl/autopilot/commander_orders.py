@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 from sitl.autopilot.arming import UNWELL, home_of, why_not_arm
@@ -48,9 +48,9 @@ def carry_out(
     condition: Condition,
     parameters: Mapping[str, float],
     *,
-    lost_us: float,
+    lost_us: Callable[[Mode], float],
 ) -> Verdict:
-    """Carry out the order, or not. Setpoints count as streamed until `lost_us`, if no more come."""
+    """Carry out the order, or not. What a mode follows counts as streamed until `lost_us(mode)`, if no more comes."""
     match order:
         case Arm(force):
             return _arm(state, condition, parameters, lost_us, force=force)
@@ -96,7 +96,7 @@ def _arm(
     state: CommanderState,
     condition: Condition,
     parameters: Mapping[str, float],
-    lost_us: float,
+    lost_us: Callable[[Mode], float],
     *,
     force: bool,
 ) -> Verdict:
@@ -113,7 +113,7 @@ def _arm(
             breaches(state, condition, parameters, whereabouts(condition)) if parameters["GF_ACTION"] else []
         )
         remark(state, condition, told)
-        streamed = condition.time_us <= lost_us
+        streamed = condition.time_us <= lost_us(state.mode)
         reason = why_not_arm(condition, state.mode, streamed=streamed, mission_ok=state.mission_ok)
         if reason is None and told:
             reason = UNWELL
@@ -151,9 +151,11 @@ def stand_down(state: CommanderState, condition: Condition, text: str) -> None:
     notify(state, condition, Severity.INFO, text)
 
 
-def _switch(state: CommanderState, mode: Mode, condition: Condition, lost_us: float) -> Verdict:
+def _switch(
+    state: CommanderState, mode: Mode, condition: Condition, lost_us: Callable[[Mode], float]
+) -> Verdict:
     row = MODES[mode]
-    lost = mode is Mode.OFFBOARD and condition.time_us > lost_us
+    lost = condition.time_us > lost_us(mode)
     homeless = row.needs_home and state.home is None
     # Disarmed, PX4 takes any mode, and then will not arm.
     if state.armed and (lost or homeless or (row.needs_mission and not state.mission_ok)):
@@ -173,7 +175,10 @@ def _refuse_mode(state: CommanderState, name: str, condition: Condition) -> Verd
 
 
 def _start_mission(
-    state: CommanderState, condition: Condition, parameters: Mapping[str, float], lost_us: float
+    state: CommanderState,
+    condition: Condition,
+    parameters: Mapping[str, float],
+    lost_us: Callable[[Mode], float],
 ) -> Verdict:
     remark(state, condition, judge_mission(state, condition, parameters))
     if not state.mission_ok:
@@ -198,6 +203,8 @@ def may_fly(state: CommanderState, condition: Condition, parameters: Mapping[str
     """Whether the motors may do more than idle."""
     if not condition.on_ground:
         return True
+    if state.conduct is Mode.POSITION and not state.sticks.up > parameters["MAN_DEADZONE"]:
+        return False
     if not MODES[state.conduct].leaves_ground:
         return False
     if state.conduct is Mode.TAKEOFF and not climbs(condition, state.takeoff_alt_amsl_m):

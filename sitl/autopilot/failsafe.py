@@ -75,8 +75,8 @@ def _gravest(
     if streamed and state.for_need is None:
         return None, ""
     wanted: list[tuple[Mode, str]] = []
-    if state.mode is Mode.OFFBOARD and not streamed:
-        wanted.append((mode_after_loss(parameters), "Failsafe activated"))
+    if not streamed:
+        wanted.append((mode_after_loss(state.mode, parameters), "Failsafe activated"))
     if state.for_need is not None:
         waits = condition.time_us < state.for_need_at_us
         wanted.append((Mode.HOLD, "") if waits else (state.for_need, "Failsafe activated"))

@@ -14,11 +14,13 @@ from sitl.autopilot.payload import Payload
 from sitl.condition import Condition
 from sitl.orders import Mode
 from sitl.plans import MissionRun, PlanItem, Plans
-from sitl.signals import Setpoint
+from sitl.signals import Setpoint, Sticks
 from sitl.status import Home, Notice, Severity, Shot
 
 __all__ = ["NOTHING", "CommanderState", "PilotState", "notify"]
 
+CENTRED = Sticks(0.0, 0.0, 0.0, 0.0)
+"""Nobody's hand is on the sticks."""
 _NAN3 = (math.nan, math.nan, math.nan)
 NOTHING = Setpoint(_NAN3, _NAN3, _NAN3, math.nan, math.nan)
 """A setpoint that commands no axis."""
@@ -68,6 +70,9 @@ class CommanderState(PilotState):
     """What DO_CHANGE_SPEED asked for, until the mode changes; NaN is the usual speed."""
     steering: Setpoint | None = None
     steered_at_us: int | None = None
+    sticks: Sticks = CENTRED
+    sticks_at_us: int | None = None
+    """When the sticks were told of last; None before the first time."""
     ground_heard_us: int | None = None
     """When the ground station's heartbeat came last; None before the first, and once it has been told of as lost."""
     course: Course | MissionCourse | OrbitCourse | None = None

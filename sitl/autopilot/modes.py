@@ -120,7 +120,7 @@ def _fly_home(briefing: Briefing) -> Route:
 
 
 MODES: Mapping[Mode, ModeRow] = {
-    Mode.POSITION: ModeRow(_stop_here),
+    Mode.POSITION: ModeRow(_stop_here, leaves_ground=True),
     Mode.HOLD: ModeRow(_stop_here),
     Mode.TAKEOFF: ModeRow(_climb, then=Mode.HOLD, after_disarm=Mode.HOLD, leaves_ground=True),
     Mode.MISSION: ModeRow(

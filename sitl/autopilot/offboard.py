@@ -23,9 +23,11 @@ def lost_us(last_us: int | None, limit_s: float) -> float:
     return -math.inf if last_us is None else last_us + 1e6 * limit_s + _LOSS_SEEN_US
 
 
-def mode_after_loss(parameters: Mapping[str, float]) -> Mode:
-    """What a vehicle without radio control does when its setpoints stay away."""
+def mode_after_loss(mode: Mode, parameters: Mapping[str, float]) -> Mode:
+    """What a vehicle without radio control does when that mode's setpoints stay away, or a joystick's sticks."""
     by_rc = _RC_LOSS_MODES.get(int(parameters["NAV_RCL_ACT"]), Mode.RETURN)
+    if mode is Mode.POSITION:
+        return by_rc
     return _OFFBOARD_LOSS_MODES.get(int(parameters["COM_OBL_RC_ACT"]), by_rc)
 
 

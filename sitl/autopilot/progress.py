@@ -12,6 +12,7 @@ from sitl.autopilot.mission import MissionCourse, begin_mission
 from sitl.autopilot.modes import MODES, Briefing
 from sitl.autopilot.orbit import OrbitCourse
 from sitl.autopilot.planning import end_mission
+from sitl.autopilot.sticks import led
 from sitl.condition import Condition
 from sitl.orders import Mode
 from sitl.signals import Setpoint
@@ -24,6 +25,10 @@ def proceed(
 ) -> Setpoint:
     """The setpoint a frame further along the mode's route; the mode changes where the route ends."""
     course = _begin(state, condition, parameters) if state.course is None else state.course
+    if isinstance(course, Course) and course.mode is Mode.POSITION:
+        glide = led(course.glide, state.sticks, condition.estimate, parameters, dt_s)
+        state.course = course._replace(glide=glide)
+        return state.course.setpoint
     if isinstance(course, MissionCourse):
         course = course.step(condition, dt_s, parameters, state.payload.bearing_rad(condition))
         state.run = course.run

@@ -9,7 +9,7 @@ from sitl.link.parameters import ParameterTable
 from sitl.link.report import Report
 from sitl.orders import Order, Verdict
 from sitl.plans import MissionRun, Plans
-from sitl.signals import FloatArray, GeoPoint, Setpoint
+from sitl.signals import FloatArray, GeoPoint, Setpoint, Sticks
 
 __all__ = ["Helm"]
 
@@ -42,6 +42,9 @@ class Helm(Protocol):
 
     def heal(self, kind: type[Fault]) -> None:
         """End all faults of that kind."""
+
+    def hear_sticks(self, sticks: Sticks) -> None:
+        """Take a pilot's sticks."""
 
     def hear_ground_station(self) -> None:
         """The ground station that the vehicle listens for is there."""

@@ -27,7 +27,7 @@ from sitl.link.px4_status import status_texts
 from sitl.link.px4_telemetry import TELEMETRY_COMMANDS, Px4Telemetry, TelemetryState
 from sitl.link.setpoints import attitude_setpoint_of, setpoint_of
 from sitl.link.signing import Signer
-from sitl.signals import GeoPoint
+from sitl.signals import GeoPoint, Sticks
 from sitl.status import Notice, Shot
 
 __all__ = ["Px4Link", "Px4LinkState"]
@@ -35,6 +35,7 @@ __all__ = ["Px4Link", "Px4LinkState"]
 _HEARTBEAT = message_type("HEARTBEAT")
 _SET_POSITION_TARGET = message_type("SET_POSITION_TARGET_LOCAL_NED")
 _SET_ATTITUDE_TARGET = message_type("SET_ATTITUDE_TARGET")
+_MANUAL_CONTROL = message_type("MANUAL_CONTROL")
 _COMMAND_LONG = message_type("COMMAND_LONG")
 _COMMAND_INT = message_type("COMMAND_INT")
 _SET_MODE = message_type("SET_MODE")
@@ -43,6 +44,7 @@ _PING = message_type("PING")
 _SET_GPS_GLOBAL_ORIGIN = message_type("SET_GPS_GLOBAL_ORIGIN")
 _TIMESYNC = message_type("TIMESYNC")
 
+_STICK_END = 1000
 _QUARTER_E7 = 900_000_000
 """90 degrees as MAVLink has them."""
 _OURS, _ANY = common.MAV_COMP_ID_AUTOPILOT1, common.MAV_COMP_ID_ALL
@@ -204,6 +206,14 @@ class Px4Link:
                 helm.steer(setpoint)
         return []
 
+    def _on_sticks(self, received: Received, helm: Helm) -> list[Message]:
+        """A joystick at the ground station. Throttle is 0…1000, and 500 neither climbs nor sinks."""
+        message = received.message
+        axes = message.x, message.y, 2 * message.z - _STICK_END, message.r
+        if message.target == self._codec.system and all(abs(axis) <= _STICK_END for axis in axes):
+            helm.hear_sticks(Sticks(*(axis / _STICK_END for axis in axes)))
+        return []
+
     def _on_parameter(self, received: Received, helm: Helm) -> list[Message]:
         if not self._addresses_us(received.message):
             return []
@@ -265,6 +275,7 @@ _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message
     _HEARTBEAT: Px4Link._on_heartbeat,
     _SET_POSITION_TARGET: Px4Link._on_setpoint,
     _SET_ATTITUDE_TARGET: Px4Link._on_setpoint,
+    _MANUAL_CONTROL: Px4Link._on_sticks,
     _COMMAND_LONG: Px4Link._on_command,
     _COMMAND_INT: Px4Link._on_command,
     _SET_MODE: Px4Link._on_set_mode,

@@ -8,7 +8,7 @@ import pytest
 from obedient import NAN3, ORIGIN, Flight
 
 from sitl.orders import Arm, Disarm, Mode, Reposition, SwitchMode, TakeOff, Verdict
-from sitl.signals import Setpoint
+from sitl.signals import Setpoint, Sticks
 from sitl.status import Landed
 
 
@@ -269,6 +269,8 @@ def test_reposition_flies_there_and_holds():
 @pytest.mark.parametrize("mode", [Mode.HOLD, Mode.LAND, Mode.RETURN, Mode.TAKEOFF, Mode.POSITION])
 def test_no_mode_begins_with_a_step(mode):
     flight = Flight().airborne(20.0)
+    flight.commander.parameters.set("COM_RC_LOSS_T", 20.0)
+    flight.commander.hear_sticks(Sticks(0.0, 0.0, 0.0, 0.0), flight.body.time_us)
     moving = setpoint(velocity=[3.0, -2.0, -1.0])
     flight.offboard(moving)
     flight.live(2.0, moving)
