@@ -10,6 +10,7 @@ pytest.importorskip("mavsdk")
 from mavsdk.plugins.action import Action, ActionError, OrbitYawBehavior
 from mavsdk.plugins.failure import Failure, FailureError, FailureResult, FailureType, FailureUnit
 from mavsdk.plugins.geofence import Circle, FenceType, Geofence, GeofenceData, Point, Polygon
+from mavsdk.plugins.manual_control import ManualControl, ManualControlError, ManualControlResult
 from mavsdk.plugins.mission import Mission, MissionPlan
 from mavsdk.plugins.mission import MissionItem as PlanItem
 from mavsdk.plugins.mission_raw import MissionItem, MissionRaw, MissionRawError, MissionRawResult
@@ -41,6 +42,7 @@ class Drone:
         self.failure = Failure(system)
         self.geofence = Geofence(system)
         self.param = Param(system)
+        self.joystick = ManualControl(system)
         wait(self.telemetry.health_all_ok)
         wait(lambda: math.isfinite(self.telemetry.home().latitude_deg))
         # It waits for us, however late: armed on the ground, and for the next setpoint.
@@ -55,6 +57,11 @@ class Drone:
     def ned_m(self):
         p = self.telemetry.position_velocity_ned().position
         return p.north_m, p.east_m, p.down_m
+
+    @property
+    def speeds_mps(self):
+        v = self.telemetry.velocity_ned()
+        return v.north_m_s, v.east_m_s
 
     @property
     def from_home_m(self):
@@ -292,6 +299,27 @@ def test_a_simple_mission_goes_up_and_is_flown_to_its_end(drone):
     wait(lambda: not drone.telemetry.armed())
     assert drone.from_home_m < 1.0
     insisted(drone.plan.clear_mission)
+
+
+def test_a_joystick_flies_the_position_mode(drone):
+    drone.airborne(8.0)
+    with pytest.raises(ManualControlError) as error:
+        drone.joystick.start_position_control()
+    assert error.value.result is ManualControlResult.INPUT_NOT_SET
+    insisted(drone.param.set_param_float, "COM_RC_LOSS_T", 3.0)
+    begin_m = drone.ned_m
+
+    def pushed(forward, holds):
+        """Whether it holds with the stick there."""
+        drone.joystick.set_manual_control_input(forward, 0.0, 0.5, 0.0)
+        return holds()
+
+    assert pushed(0.0, lambda: True)
+    insisted(drone.joystick.start_position_control)
+    wait(lambda: pushed(0.3, lambda: math.dist(drone.ned_m, begin_m) > 10.0))
+    wait(lambda: pushed(0.0, lambda: math.hypot(*drone.speeds_mps) < 0.1))
+    wait(lambda: pushed(0.0, lambda: drone.telemetry.flight_mode() is FlightMode.POSCTL))
+    wait(lambda: drone.telemetry.flight_mode() is FlightMode.RETURN_TO_LAUNCH)  # the hands are off
 
 
 def takes_failures(drone):
