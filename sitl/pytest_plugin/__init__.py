@@ -86,7 +86,7 @@ def sitl_vehicle(
     try:
         vehicle = start_vehicle(sitl_options, tmp_path / "vehicle.tlog")
     except RuntimeError as error:
-        pytest.fail(f"sitl_vehicle: {error}", pytrace=False)
+        raise pytest.fail.Exception(f"sitl_vehicle: {error}", pytrace=False) from None
     _keepers(request).append(lambda folder: keep_vehicle(vehicle, folder))
     try:
         yield vehicle

@@ -18,6 +18,8 @@ def keep_vehicle(vehicle: SitlVehicle, folder: Path) -> list[str]:
     shutil.copyfile(vehicle.tlog, tlog)
     words.write_text("\n".join(vehicle.lines) + "\n", encoding="utf-8")
     kept = [f"tlog: {tlog}", f"printed: {words}"]
+    if vehicle.process.poll():
+        kept.append(f"process: it had ended by itself, with exit code {vehicle.process.returncode}")
     picture = _draw(tlog, folder / "vehicle.png")
     return [*kept, f"figure: {picture}" if picture else "figure: none, it never told where it was"]
 

@@ -26,7 +26,7 @@ class SitlOptions:
     Without a dialect or an airframe a vehicle is a PX4 x500, and a mission flies with its own.
 
     Raises:
-        ValueError: a dialect that the vehicle does not speak.
+        ValueError: a dialect that the vehicle does not speak, or a fault that is not in a list.
     """
 
     dialect: Dialect | None = None
@@ -43,6 +43,8 @@ class SitlOptions:
         """Judge what the command line and markers say."""
         if self.dialect not in (None, *DIALECTS):
             raise ValueError(f"dialect {self.dialect!r}: the vehicle speaks {', '.join(DIALECTS)}")
+        if isinstance(self.faults, str):
+            raise ValueError(f"faults {self.faults!r}: wanted a list of them. Fix: faults=[{self.faults!r}]")
 
     def arguments(self) -> list[str]:
         """The same as options of `python -m sitl`."""

@@ -86,12 +86,14 @@ def test_a_wrong_wish_is_said_in_one_line(environment, tmp_path):
         ("sped=3", "it takes dialect, seed"),
         ("airframe='zeppelin'", "zeppelin"),
         ("faults=('rain@5s',)", "unknown 'rain'"),
+        ("faults='gps_loss@5s'", "wanted a list of them. Fix: faults=['gps_loss@5s']"),
         ("dialect='betaflight'", "the vehicle speaks px4, ardupilot"),
     ):
         (tmp_path / "test_wrong.py").write_text(tests.format(wrong))
         done = run(environment, tmp_path)
         assert "1 error" in done.stdout
         assert said in done.stdout, done.stdout
+        assert "During handling" not in done.stdout
     (tmp_path / "test_wrong.py").write_text(tests.format(""))
     done = run(environment, tmp_path, "--sitl-dialect=ardupilot", "--sitl-camera")
     assert "--camera is a PX4's component" in done.stdout, done.stdout
@@ -149,6 +151,19 @@ def test_the_same_project_flies_an_arducopter(environment, tmp_path):
     (project / "test_arducopter.py").write_text(ARDUCOPTER)
     done = run(environment, project, *("--sitl-dialect", "ardupilot", "--sitl-speedup", "20"))
     assert "4 passed" in done.stdout, done.stdout + done.stderr
+
+
+DIES = """
+def test_it_dies(sitl_vehicle):
+    sitl_vehicle.process.kill()
+    assert sitl_vehicle.process.wait() == 0
+"""
+
+
+def test_that_the_vehicle_had_died_is_said(environment, tmp_path):
+    (tmp_path / "test_dies.py").write_text(DIES)
+    done = run(environment, tmp_path)
+    assert "process: it had ended by itself, with exit code -9" in done.stdout, done.stdout
 
 
 def test_the_plugin_costs_nothing_to_load(environment):
