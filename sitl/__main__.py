@@ -53,14 +53,15 @@ def main(argv: list[str] | None = None) -> int:
         print(f"sitl: {error.args[0] if error.args else error}", file=sys.stderr)
         return 2
     config = _config_of(options, airframe, params)
+    links_of = px4_links if options.autopilot == "px4" else ardupilot_links
     try:
+        for link in links_of(options.bind, options.instance):  # a taken port is said before anything compiles
+            link.close()
         _warm_up(config)
+        links: tuple[Endpoint, ...] = links_of(options.bind, options.instance)
     except KeyboardInterrupt:
         print("sitl: stopped", flush=True)
         return 0
-    try:
-        links_of = px4_links if options.autopilot == "px4" else ardupilot_links
-        links: tuple[Endpoint, ...] = links_of(options.bind, options.instance)
     except PortTakenError as error:
         print(f"sitl: {error}", file=sys.stderr)
         return 2

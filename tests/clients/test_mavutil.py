@@ -1,5 +1,6 @@
 """pymavlink's mavutil against the vehicle over UDP, with the idioms of its own examples."""
 
+import os
 import subprocess
 import sys
 import time
@@ -74,6 +75,24 @@ def test_arm_take_off_and_land_on_the_ground_stations_link(start_vehicle):
     connection.close()
 
 
+def test_two_instances_do_not_hear_each_other(start_vehicle):
+    vehicles = [start_vehicle("--speedup", "5") for _ in range(2)]
+    links = [connect(port) for vehicle in vehicles for port in (vehicle.offboard_port, vehicle.gcs_port)]
+    for vehicle, link in zip((vehicles[0], vehicles[0], vehicles[1], vehicles[1]), links, strict=True):
+        assert link.target_system == vehicle.system
+    waits_for_take_off(links[0])
+    for other in links[2:]:  # even those who have the wrong number on their link
+        other.mav.command_long_send(vehicles[0].system, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
+    assert command(links[0], mavutil.mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == 0
+    links[1].motors_armed_wait()
+    for vehicle, link in zip(vehicles, links[::2], strict=True):
+        seen = {wait(link, "HEARTBEAT", lambda _: True).get_srcSystem() for _ in range(20)}
+        assert seen == {vehicle.system}
+    assert not links[2].motors_armed() and not links[3].motors_armed()
+    for link in links:
+        link.close()
+
+
 def test_the_second_client_is_obeyed_but_hears_nothing(start_vehicle):
     vehicle = start_vehicle()
     first = connect(vehicle.offboard_port)
@@ -88,15 +107,17 @@ def test_the_second_client_is_obeyed_but_hears_nothing(start_vehicle):
     second.close()
 
 
-def test_a_taken_port_is_said_in_one_line(start_vehicle):
+def test_a_taken_port_is_said_in_one_line_and_before_anything_compiles(start_vehicle, tmp_path):
     vehicle = start_vehicle()
     again = subprocess.run(
         [sys.executable, "-m", "sitl", "--instance", str(vehicle.instance)],
         capture_output=True,
         text=True,
         timeout=400,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
     )
     assert again.returncode == 2
+    assert "compiling" not in again.stdout
     assert str(14580 + vehicle.instance) in again.stderr
     assert len(again.stderr.splitlines()) == 1
 
