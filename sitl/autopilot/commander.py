@@ -155,7 +155,7 @@ class Commander(Pilot[CommanderState]):
         if mode is Mode.OFFBOARD:
             limit_s = self.parameters["COM_OF_LOSS_T"] * self._loss_scale
             return lost_us(self._state.steered_at_us, limit_s)
-        if mode is Mode.POSITION:
+        if mode is Mode.POSITION and self._state.sticks_at_us is not None:
             return lost_us(self._state.sticks_at_us, self.parameters["COM_RC_LOSS_T"] * self._loss_scale)
         return math.inf
 

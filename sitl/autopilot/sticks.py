@@ -2,7 +2,8 @@
 
 Source: PX4 v1.17, Sticks.cpp and FlightTaskManualPosition.cpp. Where the sticks are let go it stops and stays. Simpler than PX4:
 a stick asks for a speed, as with MPC_POS_MODE 0, and not for an acceleration; sticks neither arm nor take over from other
-modes (COM_RC_OVERRIDE).
+modes (COM_RC_OVERRIDE). And more lenient: in flight PX4 refuses the mode until sticks are heard. Here it is taken, as by a pilot whose
+sticks rest in their middle, so that a pilot's hand can be played without a joystick.
 """
 
 from __future__ import annotations

@@ -46,18 +46,20 @@ def led(aloft):
     return aloft
 
 
-def test_without_sticks_position_is_refused_in_flight(aloft):
+def test_without_sticks_it_stays_where_it_is(aloft):
     aloft.heartbeat()
     aloft.command(*POSITION)
-    heard = aloft.live(0.1)
-    assert results(heard) == [0, 1]
-    text = b"".join(t.text for t in messages(heard, "STATUSTEXT"))
-    assert text == b"Switching to mode 'Position' is currently not available"
-    assert aloft.flight.mode.name == "HOLD"
+    assert results(aloft.live(0.1)) == [0, 0]
+    before = place_m(aloft)
+    aloft.live(20.0, aloft.heartbeat, every_us=500_000)
+    assert aloft.flight.mode.name == "POSITION" and not aloft.flight.failsafe
+    assert math.dist(place_m(aloft), before) < 0.3
 
 
-def test_without_sticks_it_takes_the_mode_on_the_ground_and_does_not_arm(client):
+def test_sticks_that_have_gone_do_not_let_it_arm(client):
     client.until(lambda: client.flight.ready, 10.0)
+    fly(client, 0.2)
+    client.live(2.0)
     client.command(*POSITION)
     client.command(400, 1, 0)
     assert 1 in results(client.live(0.1))
@@ -119,18 +121,18 @@ def test_sticks_that_stay_away_bring_it_home_and_come_back_to_lead_it(led):
 @pytest.mark.parametrize(("name", "value"), [("COM_RC_IN_MODE", 0), ("COM_RC_IN_MODE", 4)])
 def test_com_rc_in_mode_forbids_a_joystick(aloft, name, value):
     aloft.simulator._craft.set_parameter(name, value)
-    fly(aloft, 0.2)
     aloft.command(*POSITION)
-    fly(aloft, 0.1)
-    assert aloft.flight.mode.name == "HOLD"
+    before = place_m(aloft)
+    fly(aloft, 3.0, forward=400)
+    assert aloft.flight.mode.name == "POSITION" and math.dist(place_m(aloft), before) < 0.3
 
 
 @pytest.mark.parametrize("wrong", [{"target": 7}, {"forward": 2000}, {"right": 32767}])
 def test_sticks_of_another_vehicle_or_beyond_their_ends_are_no_sticks(aloft, wrong):
-    fly(aloft, 0.2, **wrong)
     aloft.command(*POSITION)
-    fly(aloft, 0.1, **wrong)
-    assert aloft.flight.mode.name == "HOLD"
+    before = place_m(aloft)
+    fly(aloft, 3.0, **({"forward": 400} | wrong))
+    assert aloft.flight.mode.name == "POSITION" and math.dist(place_m(aloft), before) < 0.3
 
 
 def test_a_led_flight_goes_on_from_a_snapshot_bit_by_bit(led):
