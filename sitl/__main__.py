@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from sitl.airframe import Airframe, load_airframe
-from sitl.arguments import parser_of_options
+from sitl.arguments import joined, parser_of_options
 from sitl.compiling import compiled_beside
 from sitl.link.endpoint import (
     ARDUPILOT_TCP_PORTS,
@@ -39,7 +39,7 @@ _READY_BY_US = {"px4": 15_000_000, "ardupilot": 60_000_000}
 def main(argv: list[str] | None = None) -> int:
     """Run the vehicle until Ctrl-C or SIGTERM. Returns the exit code: 2 when a port is taken or an option is wrong."""
     parser = parser_of_options(__doc__)
-    options = parser.parse_args(argv)
+    options = parser.parse_args(joined(sys.argv[1:] if argv is None else argv))
     if options.camera and options.autopilot == "ardupilot":
         parser.error(
             "--camera is a PX4's component; an ArduPilot has its camera itself, always: leave it out"

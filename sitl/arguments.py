@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
@@ -11,12 +13,13 @@ from sitl.faults import Fault, parse_fault
 from sitl.link.signing import parse_key
 from sitl.signals import GeoPoint
 
-__all__ = ["parser_of_options"]
+__all__ = ["joined", "parser_of_options"]
 
 _KIOSK_HOME = "23.96028,32.8675,188.5,40"
 _LOWEST_M, _HIGHEST_M = -1000.0, 20_000.0
 _STRONGEST_MPS = 100.0
 _SEED_DIGITS = 18
+_BELOW_ZERO = re.compile(r"-[\d.]")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -53,6 +56,17 @@ def parser_of_options(description: str) -> argparse.ArgumentParser:
     add("--camera", action="store_true", help="a PX4 carries a camera on a gimbal that answers MAVLink")
     add("--tlog", type=_log_path, metavar="FILE", help="write down all that passes on the links")
     return parser
+
+
+def joined(arguments: Sequence[str]) -> list[str]:
+    """The same arguments with "--home -35.4,149.2,584,0" as one, "--home=-35.4,…": else the value passes for another option."""
+    together: list[str] = []
+    for argument in arguments:
+        if _BELOW_ZERO.match(argument) and together and together[-1].startswith("--"):
+            together[-1] += f"={argument}"
+        else:
+            together.append(argument)
+    return together
 
 
 def _numbers(text: str, counts: tuple[int, ...], form: str) -> list[float]:

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from sitl import __main__ as command_line
+from sitl.arguments import joined, parser_of_options
 from sitl.link.endpoint import PortTakenError
 from sitl.simulator import Simulator
 
@@ -92,3 +93,10 @@ def test_the_widest_values_fly_and_the_vehicle_is_warm_before_its_ports_are_open
     assert command_line.main(options) == 2
     assert tried == [[], [3_000_000]]
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_a_home_south_of_the_equator_needs_no_equals_sign():
+    home = joined(["--gust", "--home", "-35.363937,149.164790,584,10", "--wind", "-3", "--seed", "2"])
+    options = parser_of_options("").parse_args(home)
+    assert options.home[0].lat_deg == -35.363937 and options.seed == 2 and options.gust
+    assert options.wind[1] == pytest.approx(-3.0)
