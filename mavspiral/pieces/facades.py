@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -64,6 +65,12 @@ def facades_of(setting: Setting, others: SolidDistance, part: Part, low_m: float
 def hemmed_in(setting: Setting, others: SolidDistance, height_m: float) -> str:
     """In words: where there is the most room beside the walls at a height, how much that is, and what would fit there."""
     solid, standoff_m = setting.solid, setting.standoff_m
+    if standoff_m < (least_m := _kept_m(setting)):
+        return (
+            f"[inspection] standoff_m = {standoff_m:g}: other things on the map or keep-outs stand too near for a full turn, and what is "
+            f"flown to and fro beside them keeps {least_m:.2f} m ({setting.required_m:.2f} m of clearance, the rest for corners and ways). "
+            f"Fix: standoff_m ≥ {math.ceil(10.0 * least_m) / 10.0:.1f}"
+        )
     walls_m, others_m = (
         distance.excess_m(distance.slice(height_m, standoff_m)) + standoff_m for distance in (solid, others)
     )
@@ -72,13 +79,18 @@ def hemmed_in(setting: Setting, others: SolidDistance, height_m: float) -> str:
     room_m = float(room[row, col])
     place_enu_m = np.array([*(solid.origin_enu_m + np.array([col, row]) * solid.cell_m), height_m])
     place = setting.site.heights.frame.geo_point(place_enu_m)
-    spare_m = room_m - (setting.joinable_m - setting.required_m)
+    spare_m = math.floor(10.0 * (room_m - (_kept_m(setting) - setting.required_m))) / 10.0
     return (
         f"other things on the map and keep-outs stand so near on all sides that no drone can fly along any wall: the most room is "
         f"{room_m:.1f} m on either side, at lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, {height_m:.1f} m up, and "
-        f"{setting.joinable_m:.1f} m are needed. Fix: a required clearance of {max(0.0, spare_m):.1f} m (now "
+        f"{_kept_m(setting):.1f} m are needed. Fix: a required clearance of {max(0.0, spare_m):.1f} m (now "
         f"{setting.required_m:.1f} m) would fit, or a band above them (bottom_m)"
     )
+
+
+def _kept_m(setting: Setting) -> float:
+    """What façades keep from everything."""
+    return setting.joinable_m + 0.5 * ROUNDED_M
 
 
 def _reach(setting: Setting, others: SolidDistance, part: Part, height_m: float) -> Reach | None:
@@ -88,7 +100,7 @@ def _reach(setting: Setting, others: SolidDistance, part: Part, height_m: float)
         height_m=height_m,
         standoff_m=setting.standoff_m,
         clearance_m=min(setting.joinable_m + ROUNDED_M, setting.standoff_m),
-        required_m=setting.joinable_m + 0.5 * ROUNDED_M,
+        required_m=_kept_m(setting),
         anchor_enu_m=part.anchor_enu_m,
     )
 

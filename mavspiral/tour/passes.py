@@ -133,7 +133,7 @@ def tour_of(passes: Sequence[Pass], ways: Ways) -> tuple[Leg, ...]:
             after.path(0.0),
             f"transit-{number}",
             (before.exit, after.entry),
-            f"{before.name} and {after.name}",
+            (before.name, after.name),
         )
         legs.append(after.leg)
     return tuple(legs)

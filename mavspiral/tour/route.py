@@ -61,5 +61,7 @@ def route_of(site: Site, tour: tuple[Leg, ...], home_enu_m: FloatArray, ways: Wa
     first, last = tour[0], tour[-1]
     entry, leaving = Look.at(first, 0.0), Look.at(last, last.path.u_end_rad)
     approach = ways.legs(above_home_m, first.path(0.0), "approach", (entry, entry))
-    back = ways.legs(last.path(last.path.u_end_rad), above_home_m, "return", (leaving, leaving))
+    back = ways.legs(
+        last.path(last.path.u_end_rad), above_home_m, "return", (leaving, leaving), ("the spiral", "home")
+    )
     return Trajectory((*approach, *tour, *back))

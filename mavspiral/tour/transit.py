@@ -11,7 +11,7 @@ import numpy as np
 
 from mavspiral.arrays import FloatArray
 from mavspiral.curve.line import LinePath
-from mavspiral.errors import InputError, LimitError
+from mavspiral.errors import InputError
 from mavspiral.frames import LocalFrame
 from mavspiral.motion.limits import Limits
 from mavspiral.motion.timing import fastest_law
@@ -19,6 +19,7 @@ from mavspiral.motion.trajectory import Leg
 from mavspiral.motion.turn import TurnGaze
 from mavspiral.shape.heightmap import HeightMap
 from mavspiral.survey.solids import Solids
+from mavspiral.tour.no_way import NoWay
 
 __all__ = [
     "JOINABLE_M",
@@ -88,12 +89,12 @@ class Ways:
         end_enu_m: FloatArray,
         name: str,
         looks: tuple[Look, Look],
-        between: str = "home and the spiral",
+        between: tuple[str, str] = ("home", "the spiral"),
     ) -> tuple[Leg, ...]:
         """The legs of the shortest safe way, and nose and camera turned from the first look to the second.
 
         Raises:
-            LimitError: there is no such way; `between` says between what.
+            LimitError: there is no such way; `between` says what its two ends are.
         """
         way = safe_way(
             self.solids,
@@ -118,7 +119,7 @@ def safe_way(
     clearance_m: float,
     ceiling_m: float,
     top_m: float,
-    between: str,
+    between: tuple[str, str],
     named: Callable[[FloatArray, FloatArray], str],
 ) -> FloatArray:
     """The corners `(k, 3)` of the lowest way that keeps the clearance everywhere.
@@ -127,7 +128,7 @@ def safe_way(
     `named` tells in words what is nearest to a straight way, from its beginning over its sweep.
 
     Raises:
-        LimitError: no such way below the ceiling; the best one's nearest approach is named.
+        LimitError: no such way below the ceiling; the best one's nearest approach is named, and what would do.
     """
     lowest_m = float(max(start_enu_m[2], end_enu_m[2]))
     highest_m = min(ceiling_m, max(lowest_m, top_m + clearance_m + MARGIN_M))
@@ -146,13 +147,8 @@ def safe_way(
             return way
         if distance_m[nearest] > best_m:
             best_m, best_at, best_sweep = float(distance_m[nearest]), way[nearest], sweeps[nearest]
-    place = frame.geo_point(best_at)
-    raise LimitError(
-        f"no way between {between} keeps {clearance_m + MARGIN_M:.1f} m of clearance ({MARGIN_M:g} m of it for "
-        f"what flying leaves of a plan) below the ceiling of {ceiling_m:.0f} m: "
-        f"the best comes within {best_m:.1f} m of {named(best_at, best_sweep)}, after lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, "
-        f"{best_at[2]:.0f} m above ground. Fix: another [vehicle] home, a larger standoff_m, or a higher [limits] ceiling_m"
-    )
+    none = NoWay(solids, frame, straight, between, clearance_m + MARGIN_M, ceiling_m, top_m, named)
+    raise none.refusal(best_m, best_at, best_sweep, margin_m=MARGIN_M, joinable_m=JOINABLE_M)
 
 
 def transit_legs(

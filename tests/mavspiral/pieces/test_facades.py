@@ -1,11 +1,15 @@
 """Façades to and fro: no way from a row to the next one leads past what stands there."""
 
+import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from mavspiral import load_mission, plan
 from mavspiral.curve.meander import Row, meander
+from mavspiral.errors import LimitError
 from mavspiral.pieces.facades import _parted, _row_heights_m
 from mavspiral.survey.solids import Solids
 
@@ -59,3 +63,19 @@ def test_no_row_comes_back_on_the_line_of_the_row_below(low_m, roofs_m):
 
 def test_rows_that_are_asked_for_close_together_are_all_flown():
     assert np.allclose(heights_m(2.0, 4.0, 0.2), np.linspace(2.0, 4.0, 11))
+
+
+def test_a_standoff_too_small_for_facades_is_told_so_and_the_one_that_is_asked_for_plans(tmp_path):
+    """Not that all around stands too near: beside the keep-out there is nothing."""
+    missions = Path(__file__).parents[3] / "missions"
+    text = (
+        (missions / "kiosk.toml").read_text(encoding="utf-8").replace("maps/", f"{missions.as_posix()}/maps/")
+    )
+    text += "\n[[keepout]]\ncircle = [23.96058, 32.8675, 2.0]\nheight_m = [0, 40]\n"
+    path = tmp_path / "mission.toml"
+    path.write_text(text.replace("standoff_m = 6.0", "standoff_m = 3.4"), encoding="utf-8")
+    with pytest.raises(LimitError, match=r"^\[inspection\] standoff_m = 3.4") as refusal:
+        plan(load_mission(path))
+    asked_m = re.search(r"Fix: standoff_m ≥ ([\d.]+)$", str(refusal.value))[1]
+    path.write_text(text.replace("standoff_m = 6.0", f"standoff_m = {asked_m}"), encoding="utf-8")
+    assert "facade" in [flown.name for flown in plan(load_mission(path)).passes]

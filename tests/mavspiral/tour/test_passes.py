@@ -1,3 +1,6 @@
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -88,3 +91,38 @@ def test_two_passes_that_no_way_joins_are_named():
     )
     with pytest.raises(LimitError, match="no way between tower 1 and tower 2 keeps"):
         tour_of(passes, ways(wall_m=58.0))
+
+
+def apart(end_m, begin_m):
+    return flown_in_order([piece("a", (0, 0, 5), end_m, 0.3), piece("b", begin_m, (70, 0, begin_m[2]), 0.3)])
+
+
+def test_a_pass_that_ends_too_near_for_a_way_is_told_so_and_not_the_ceiling():
+    """However high the ceiling: what is too near at its end is so for every way."""
+    for ceiling_m in (60.0, 600.0):
+        ways_below = replace(ways(wall_m=12.0), ceiling_m=ceiling_m)
+        with pytest.raises(LimitError) as refusal:
+            tour_of(apart((36.8, 0, 5), (60, 0, 5)), ways_below)
+        assert "the pass of a ends 3.20 m from a wall" in str(refusal.value)
+        assert str(refusal.value).endswith(
+            "Fix: another standoff_m, or a required clearance smaller by 0.4 m"
+        )
+    tour_of(apart((36.8 - 0.4, 0, 5), (60, 0, 5)), ways_below)
+
+
+def test_of_the_building_the_pass_is_to_keep_more():
+    building = replace(ways(wall_m=12.0), named=lambda place, sweep: "the building")
+    with pytest.raises(LimitError, match=r"Fix: a standoff_m larger by 0\.4 m, or"):
+        tour_of(apart((36.8, 0, 5), (60, 0, 5)), building)
+
+
+@pytest.mark.parametrize("begin_up_m", [5.0, 61.5])
+def test_the_ceiling_that_is_asked_for_is_high_enough_and_not_much_too_high(begin_up_m):
+    passes = apart((10, 0, 5), (60, 0, begin_up_m))
+    with pytest.raises(LimitError) as refusal:
+        tour_of(passes, ways(58.0))
+    asked_m = int(re.search(r"ceiling_m ≥ (\d+)", str(refusal.value))[1])
+    tour_of(passes, replace(ways(58.0), ceiling_m=asked_m))
+    with pytest.raises(LimitError):
+        tour_of(passes, replace(ways(58.0), ceiling_m=asked_m - 1.5))
+    assert ("the pass of b is 61.5 m above ground there" in str(refusal.value)) == (begin_up_m > 60.0)
