@@ -68,11 +68,13 @@ class Console:
         return False if answer in _NO else None
 
     def wish(self, held: bool) -> Wish | None:
-        """What the pilot wants of a vehicle that is `held`; None as long as nothing was said, or nobody is there."""
-        if not (held and self._asks):
+        """What the pilot wants of a vehicle that is `held`; None as long as nothing was said. Home, where nobody can be asked."""
+        if not held:
             if self._asked == _MENU:  # it was let go otherwise
                 self._asked = ""
             return None
+        if not self._asks:
+            return Wish.GO_HOME
         answer = self._answer(_MENU)
         return None if answer is None else _WISHES.get(answer)
 

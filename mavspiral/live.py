@@ -91,6 +91,7 @@ def fly(
                 set_failsafes=set_failsafes,
                 borrowed=order.before.borrowed,
                 planned_for=_planned_for(inspection.mission),
+                endurance_s=inspection.mission.vehicle.endurance_s,
                 home_height_enu_m=inspection.mission.vehicle.home_height_m,
                 system_id=system_id,
                 question=f"arm the vehicle at {url} and fly {name}" if asks else "",

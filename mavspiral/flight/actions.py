@@ -6,7 +6,13 @@ import math
 from collections.abc import Callable
 
 from mavspiral.errors import LimitError, LinkError
-from mavspiral.flight.checks import check_before_arming, height_of_home, other_copters, position_rate
+from mavspiral.flight.checks import (
+    check_before_arming,
+    endurance,
+    height_of_home,
+    other_copters,
+    position_rate,
+)
 from mavspiral.flight.follower import Follower
 from mavspiral.flight.messages import Command, MessageId
 from mavspiral.flight.origin import origin_from_pair
@@ -154,7 +160,7 @@ def checked(s: Situation) -> bool:
             "the vehicle speaks, and answers nothing that it is asked: it does not hear us, or obeys nobody who speaks MAVLink 2. "
             "Fix: a link that carries both ways, and MAVLink 2 on it (MAV_PROTO_VER, SERIALn_PROTOCOL = 2)"
         )
-    assert s.reference is not None and s.to_vehicle is not None
+    assert s.trajectory is not None and s.reference is not None and s.to_vehicle is not None
     findings = check_before_arming(
         s.vehicle,
         s.profile,
@@ -164,6 +170,7 @@ def checked(s: Situation) -> bool:
         sets_failsafes=s.config.set_failsafes,
     )
     findings += position_rate(s.clock.interval_s)
+    findings += endurance(s.trajectory.duration_s, s.config.endurance_s)
     if not s.vehicle.flying:
         home_up_m = float(s.to_vehicle.position_enu_m(s.vehicle.position_ned_m)[2])
         findings += height_of_home(home_up_m, s.config.home_height_enu_m)

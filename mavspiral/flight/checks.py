@@ -14,6 +14,7 @@ from mavspiral.flight.vehicle import Vehicle
 __all__ = [
     "Finding",
     "check_before_arming",
+    "endurance",
     "height_of_home",
     "loss_words",
     "other_copters",
@@ -30,6 +31,8 @@ _SELDOM_S = 0.3  # for so long path time runs on without a position (`streamer`)
 _HEIGHT_DOUBTED_M, _HEIGHT_WRONG_M = 5.0, 15.0
 """A receiver without RTK is some metres off in height; 15 m and more are another datum, or another place."""
 
+_TOO_LONG = 1.1
+"""Of the endurance: a home a little elsewhere than planned makes a sortie a little longer."""
 _NONE = 8  # MAV_AUTOPILOT_INVALID
 
 
@@ -172,6 +175,14 @@ def position_rate(interval_s: float) -> list[Finding]:
         return []
     words = f"its position comes every {interval_s:.2f} s, less often than every {_SELDOM_S:g} s"
     return [("error", f"{words}; raise LOCAL_POSITION_NED on this link, or take a faster link")]
+
+
+def endurance(flight_s: float, endurance_s: float) -> list[Finding]:
+    """That the flight from where it stands takes longer than a battery lasts."""
+    if flight_s <= endurance_s:
+        return []
+    words = f"from here the flight takes {flight_s:.0f} s, and [vehicle] endurance_s = {endurance_s:g}: start nearer to the building"
+    return [("error" if flight_s > _TOO_LONG * endurance_s else "warning", words)]
 
 
 def height_of_home(is_m: float, planned_m: float) -> list[Finding]:

@@ -67,6 +67,7 @@ class SessionConfig:
         dry_run: do everything but arm; nothing is set either.
         question: what must be approved after the checks, before anything is set or armed; empty if nothing.
         planned_for: the autopilot that the mission names, if it names one; another one is told of.
+        endurance_s: how long a flight may take as planned.
         home_height_enu_m: how high in the plan's ENU the mission has its home; NaN where it does not say.
         system_id: which MAVLink system is flown; None for the first vehicle that is heard.
     """
@@ -86,6 +87,7 @@ class SessionConfig:
     dry_run: bool = False
     question: str = ""
     planned_for: str | None = None
+    endurance_s: float = math.inf
     home_height_enu_m: float = math.nan
     system_id: int | None = None
 

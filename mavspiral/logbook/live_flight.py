@@ -70,7 +70,7 @@ class LiveFlight:
             return ()
         where = ", ".join(f"{begin_s:.0f} to {end_s:.0f} s" for begin_s, end_s in self.left_s)
         left = f"left to inspect: {where} of {self.inspection.duration_s:.0f} s"
-        return (f"{left}; with a full battery, `mavspiral fly … --resume` flies it",)
+        return (f"{left}; `mavspiral fly … --resume` flies it, with a battery that lasts for it",)
 
     @property
     def _aligned(self) -> dict[str, float | None] | None:

@@ -512,6 +512,20 @@ def test_a_home_at_another_height_than_the_mission_has_it_is_told(px4, home_m, s
     assert session.outcome.ok is (severity != "error")
 
 
+@pytest.mark.parametrize(("share", "severity"), [(1.01, None), (0.95, "warning"), (0.8, "error")])
+def test_a_flight_that_takes_longer_from_here_than_a_battery_lasts_is_told(px4, share, severity):
+    calm = make_session(SessionConfig(dry_run=True))
+    fly(calm, px4)
+    flight_s = calm.trajectory.duration_s
+    session = make_session(SessionConfig(endurance_s=share * flight_s, dry_run=True))
+    fly(session, FakePx4(VEHICLE_ORIGIN, HOME))
+    told = [session.outcome.reason] if severity == "error" else words(session)
+    assert any(f"from here the flight takes {flight_s:.0f} s" in text for text in told) is (
+        severity is not None
+    )
+    assert session.outcome.ok is (severity != "error")
+
+
 def test_one_that_stands_in_another_country_is_told_so_at_once():
     px4, session = FakePx4((40.05, -1.93, 900.0), HOME), make_session()
     fly(session, px4)

@@ -79,6 +79,13 @@ def test_a_held_vehicle_is_asked_about_once_and_every_answer_means_something(mon
             assert until(lambda: console.wish(held=True)) is wish
 
 
+def test_a_held_vehicle_flies_home_where_nobody_can_be_asked(monkeypatch):
+    monkeypatch.setattr("sys.stdin", None)
+    with Console() as console:
+        assert console.wish(held=False) is None
+        assert console.wish(held=True) is Wish.GO_HOME
+
+
 def test_a_question_survives_that_nothing_is_held(monkeypatch):
     """Asked once: `wish` is called at every step, whether a vehicle is held or not."""
     with a_terminal(monkeypatch) as terminal, Console() as console:
