@@ -1,16 +1,18 @@
 """Unit quaternions, wxyz, Hamilton's product: kernels on bare triples and quadruples (arrays or tuples).
 
-`q_ned_frd` takes FRD vectors to NED, so `rotate(q, v_frd)` is NED and `unrotate(q, v_ned)` is FRD.
+`q_ned_frd` takes FRD vectors to NED, so `rotate(q, v_frd)` is NED and `unrotate(q, v_ned)` is FRD. `euler_rad` and `tilt_rad` are
+Python's own, for who asks now and then.
 """
 
 from __future__ import annotations
 
 import math
 
-from sitl.kernels import Components, Quaternion, Triple, kernel
+from sitl.kernels import Components, FloatArray, Quaternion, Triple, kernel
 
 __all__ = [
     "between",
+    "euler_rad",
     "exponential",
     "from_axes",
     "from_euler",
@@ -18,6 +20,7 @@ __all__ = [
     "multiply",
     "normalized",
     "rotate",
+    "tilt_rad",
     "to_yaw",
     "unrotate",
 ]
@@ -123,3 +126,19 @@ def from_euler(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Quaternion:
 def to_yaw(q: Components) -> float:
     """The 3-2-1 yaw."""
     return math.atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]))
+
+
+def euler_rad(q_ned_frd: FloatArray) -> tuple[float, float, float]:
+    """Roll, pitch and yaw."""
+    w, x, y, z = q_ned_frd.tolist()
+    return (
+        math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+        math.asin(min(1.0, max(-1.0, 2.0 * (w * y - x * z)))),
+        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+    )
+
+
+def tilt_rad(q_ned_frd: FloatArray) -> float:
+    """How far it leans, whichever way."""
+    _, x, y, _ = q_ned_frd.tolist()
+    return math.acos(min(1.0, max(-1.0, 1.0 - 2.0 * (x * x + y * y))))

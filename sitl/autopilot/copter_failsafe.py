@@ -18,6 +18,7 @@ from sitl.autopilot.copter_orders import switch
 from sitl.autopilot.memory import notify
 from sitl.condition import Condition
 from sitl.orders import Mode, Verdict
+from sitl.rotation import tilt_rad
 from sitl.status import Severity
 
 __all__ = ["LOOK_US", "act", "watch"]
@@ -187,9 +188,9 @@ def _watch_crash(state: CopterState, condition: Condition, parameters: Mapping[s
         return
     estimate, smooth = condition.estimate, state.alarms.acceleration_mps2
     smooth += _CRASH_FILTER * (math.hypot(*estimate.acceleration_ned_mps2.tolist()) - smooth)
-    q_ned_frd, error = estimate.q_ned_frd.tolist(), 0.0
-    if _tilt_rad(q_ned_frd) > _CRASH_LEAN_RAD:
-        error = _apart_rad(condition.attitude_wanted.tolist(), q_ned_frd)
+    error = 0.0
+    if tilt_rad(estimate.q_ned_frd) > _CRASH_LEAN_RAD:
+        error = _apart_rad(condition.attitude_wanted.tolist(), estimate.q_ned_frd.tolist())
     slow = math.hypot(*estimate.velocity_ned_mps.tolist()) < _CRASH_MPS and smooth < _CRASH_MPS2
     looks = state.alarms.crash_looks + 1 if error > _CRASH_ERROR_RAD and slow else 0
     state.alarms = state.alarms._replace(crash_looks=looks, acceleration_mps2=smooth)
@@ -202,11 +203,6 @@ def _watch_crash(state: CopterState, condition: Condition, parameters: Mapping[s
 def _apart_rad(wanted: list[float], q: list[float]) -> float:
     """The angle between two attitudes."""
     return 2.0 * math.acos(min(1.0, abs(sum(map(mul, wanted, q)))))
-
-
-def _tilt_rad(q_ned_frd: list[float]) -> float:
-    _, x, y, _ = q_ned_frd
-    return math.acos(min(1.0, max(-1.0, 1.0 - 2.0 * (x * x + y * y))))
 
 
 def _whole(value: float) -> int:

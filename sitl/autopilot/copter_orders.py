@@ -45,6 +45,7 @@ from sitl.orders import (
     WishMode,
 )
 from sitl.plans import MissionRun, PlanKind
+from sitl.rotation import tilt_rad
 from sitl.signals import GeoPoint, Setpoint
 from sitl.status import Severity
 
@@ -117,8 +118,7 @@ def _fenced_off(
 
 def _leans(condition: Condition, parameters: Mapping[str, float]) -> bool:
     """Further than ANGLE_MAX, which is in hundredths of a degree."""
-    _, x, y, _ = condition.estimate.q_ned_frd.tolist()
-    return bool(1.0 - 2.0 * (x * x + y * y) < math.cos(math.radians(0.01 * parameters["ANGLE_MAX"])))
+    return tilt_rad(condition.estimate.q_ned_frd) > math.radians(0.01 * parameters["ANGLE_MAX"])
 
 
 def _arm(

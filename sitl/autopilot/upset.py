@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 from sitl.autopilot.memory import CommanderState
 from sitl.condition import Condition
+from sitl.rotation import euler_rad
 
 __all__ = ["ends_flight", "leaning_axis", "watch_attitude"]
 
@@ -19,9 +20,7 @@ _BROKEN_CIRCUIT = 121212
 
 def leaning_axis(condition: Condition, parameters: Mapping[str, float]) -> str:
     """The axis about which it leans further than FD_FAIL_R or FD_FAIL_P; none is an empty text. Zero looks at none."""
-    w, x, y, z = condition.estimate.q_ned_frd.tolist()
-    roll_rad = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    pitch_rad = math.asin(min(1.0, max(-1.0, 2.0 * (w * y - x * z))))
+    roll_rad, pitch_rad, _ = euler_rad(condition.estimate.q_ned_frd)
     for axis, name, angle_rad in (("roll", "FD_FAIL_R", roll_rad), ("pitch", "FD_FAIL_P", pitch_rad)):
         if 0.0 < parameters[name] < math.degrees(abs(angle_rad)):
             return axis

@@ -12,9 +12,10 @@ from sitl.link.instruments import INSTRUMENTS, inertial_thousandths
 from sitl.link.messages import Message, MessageType, layout_of, message_type
 from sitl.link.mode_list import ListedMode
 from sitl.link.px4_status import STATUS
-from sitl.link.report import Report, euler_rad, whole
+from sitl.link.report import Report, whole
 from sitl.link.telemetry import TELEMETRY, Builder
 from sitl.orders import Mode
+from sitl.rotation import euler_rad
 from sitl.status import Shot
 
 __all__ = ["BOOT_US", "COPTER_LISTED_MODES", "COPTER_STATUS", "MODE_OF_NUMBER", "camera_feedback"]

@@ -10,7 +10,8 @@ import math
 
 from sitl.geo import ned_of_geodetic
 from sitl.link.messages import Message
-from sitl.link.report import Report, euler_rad
+from sitl.link.report import Report
+from sitl.rotation import euler_rad
 from sitl.signals import Setpoint
 
 __all__ = ["STOP", "global_target", "local_target"]

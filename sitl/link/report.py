@@ -9,10 +9,11 @@ from typing import Protocol
 
 from sitl.condition import Battery
 from sitl.geo import geodetic_of_ned
+from sitl.rotation import euler_rad
 from sitl.signals import BaroSample, Estimate, FloatArray, GeoPoint, GpsSample, ImuSample, MagSample
 from sitl.status import FlightStatus
 
-__all__ = ["Instruments", "Report", "euler_rad", "heading_deg", "whole"]
+__all__ = ["Instruments", "Report", "heading_deg", "whole"]
 
 
 class Instruments(Protocol):
@@ -127,16 +128,6 @@ def whole(value: float, span: tuple[int, int]) -> int:
         return 0
     low, high = span
     return round(min(max(value, low), high))
-
-
-def euler_rad(q_ned_frd: FloatArray) -> tuple[float, float, float]:
-    """Roll, pitch and yaw."""
-    w, x, y, z = q_ned_frd.tolist()
-    return (
-        math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-        math.asin(min(1.0, max(-1.0, 2.0 * (w * y - x * z)))),
-        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
-    )
 
 
 def heading_deg(q_ned_frd: FloatArray) -> float:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 
 from sitl.link.messages import Message
-from sitl.link.report import euler_rad
+from sitl.rotation import euler_rad
 from sitl.signals import AttitudeSetpoint, FloatArray, Setpoint, vector
 
 __all__ = ["attitude_setpoint_of", "setpoint_of"]

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Mapping
 
 from sitl.link.messages import Message, MessageType, message_type
-from sitl.link.report import Report, euler_rad, heading_deg, whole
+from sitl.link.report import Report, heading_deg, whole
+from sitl.rotation import euler_rad
 
 __all__ = ["TELEMETRY", "Builder"]
 

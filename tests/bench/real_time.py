@@ -17,11 +17,11 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 sys.path.insert(0, str(Path(__file__).parents[1] / "clients"))
-from conftest import launch, stop
 from mavsdk import ComponentType, Configuration, Mavsdk
 from mavsdk.plugins.action import Action
 from mavsdk.plugins.mavlink_direct import MavlinkDirect
 from mavsdk.plugins.telemetry import Telemetry
+from vehicle_process import launch, stop
 
 TICKS_HZ = os.sysconf("SC_CLK_TCK")
 

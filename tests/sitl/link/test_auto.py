@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from px4_client import HOME
 
 from sitl.geo import geodetic_of_ned, ned_of_geodetic
 from sitl.orders import Mode
-from sitl.signals import GeoPoint
 
-HOME = GeoPoint(19.435235, -99.146145, 2240.0)
 NAN = math.nan
 RETURN = (20, (0.0,) * 7, 2)
 

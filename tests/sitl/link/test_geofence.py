@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from conftest import HOME
+from px4_client import HOME
 
 from sitl.orders import TakePlan
 from sitl.plans import PlanItem, PlanKind

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from conftest import messages
+from px4_client import messages
 
 POSITION = (176, 1, 3)
 AUXILIARY = [f"aux{number}" for number in range(1, 7)]
