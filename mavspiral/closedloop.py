@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import math
 import time
+from array import array
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -37,8 +38,8 @@ from sitl.compiling import compiled_beside
 from sitl.faults import Fault, parse_fault
 from sitl.params import Params
 from sitl.rotation import to_yaw
-from sitl.signals import Estimate, TruthState
 from sitl.signals import GeoPoint as VehiclePoint
+from sitl.signals import TruthState
 from sitl.simulator import Simulator, SimulatorConfig
 from sitl.vehicle import VehicleConfig
 
@@ -263,27 +264,32 @@ def _config(
 
 
 class _Witness:
-    """Writes down the truth, and what the vehicle believes: neither reaches the session."""
+    """Writes down the truth, and what the vehicle believes: neither reaches the session.
+
+    As bare numbers: of a hundred thousand small objects Python's garbage collector would look after each.
+    """
 
     def __init__(self, simulator: Simulator) -> None:
         self._simulator = simulator
-        self._truths: list[TruthState] = []
-        self._beliefs: list[Estimate] = []
+        self._time_us: list[int] = []
+        self._truths, self._beliefs = array("d"), array("d")
 
     def note(self) -> None:
         """Take the present state."""
-        self._truths.append(self._simulator.truth)
-        self._beliefs.append(self._simulator.estimate)
+        truth, belief = self._simulator.truth, self._simulator.estimate
+        self._time_us.append(truth.time_us)
+        self._truths.frombytes(truth.numbers.tobytes())
+        self._beliefs.frombytes(belief.numbers.tobytes())
 
     def seen(self) -> Seen:
         """All that was noted; the vehicle must have found itself by now."""
-        truth = TruthState(0, np.array([truth.numbers for truth in self._truths]))
-        belief = self._beliefs[-1]._replace(numbers=np.array([belief.numbers for belief in self._beliefs]))
-        report = self._simulator.report
+        report, noted_n = self._simulator.report, len(self._time_us)
+        truth = TruthState(0, np.frombuffer(self._truths).reshape(noted_n, -1))
+        belief = report.estimate._replace(numbers=np.frombuffer(self._beliefs).reshape(noted_n, -1))
         origin = report.origin
         assert origin is not None, "a flight without an EKF origin"
         return Seen(
-            time_us=np.array([truth.time_us for truth in self._truths]),
+            time_us=np.array(self._time_us),
             position_ned_m=truth.position_ned_m,
             velocity_ned_mps=truth.velocity_ned_mps,
             yaw_ned_rad=np.array([to_yaw(tuple(q)) for q in truth.q_ned_frd.tolist()]),

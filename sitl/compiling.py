@@ -22,8 +22,8 @@ from sitl.autopilot.memory import NOTHING
 from sitl.autopilot.pursuit import LIMITS_N, PURSUIT_N, pursue_on, turn_on
 from sitl.autopilot.shaping import shape_yaw
 from sitl.clock import FRAME_S, FRAME_US
+from sitl.estimator.belief import BELIEF_N, believe
 from sitl.estimator.ekf import ALIGN_FRAMES, Ekf
-from sitl.estimator.error_state import report
 from sitl.estimator.fusion import fuse_frame
 from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, HORIZON_FRAMES, new_nav
 from sitl.kernels import is_compiled
@@ -46,7 +46,7 @@ def compiled_beside() -> Iterator[bool]:
     """
     with ExitStack() as leaving:
         workers = []
-        ready = is_compiled(live) and is_compiled(report) and is_compiled(shape_yaw)
+        ready = is_compiled(live) and is_compiled(believe) and is_compiled(shape_yaw)
         if _is_python(sys.executable) and not ready:
             workers = [leaving.enter_context(_worker(half)) for half in _HALVES]
         yield bool(workers)
@@ -108,7 +108,7 @@ def _believe() -> None:
         ekf.nav["frame"] = frame
         ekf.step()
     fuse_frame(*ekf.records, frame + 1, HAS_FIX | HAS_BARO | HAS_MAG)
-    report(ekf.nav, ekf.filter.P, ekf.wander_variance_m2, np.empty(31))
+    believe(ekf.nav, ekf.book, ekf.sheet, ekf.filter.P, np.empty(BELIEF_N))
 
 
 _HALVES = {"move": _move, "believe": _believe}

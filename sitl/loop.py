@@ -12,7 +12,8 @@ import numpy as np
 from sitl.autopilot.cascade import DEMAND, GAINS, MIND, control, detect_ground
 from sitl.autopilot.rate import filter_gyro
 from sitl.clock import FRAME_S
-from sitl.estimator.fusion import fuse_frame, knows_place
+from sitl.estimator.belief import believe, knows_place
+from sitl.estimator.fusion import fuse_frame
 from sitl.estimator.strapdown import HAS_BARO, HAS_FIX, HAS_MAG, IMU_S, NAV, RING, advance_horizon, tick
 from sitl.geo import GRAVITY_MPS2
 from sitl.kernels import FloatArray, kernel
@@ -150,13 +151,15 @@ def live(
     works: np.ndarray,
     x: FloatArray,
     P: FloatArray,
+    belief: FloatArray,
     until: int,
     alert: bool,
     fuses: bool,
 ) -> tuple[int, bool, bool]:
     """Live until frame `until`; the frame that has come, whether the place is known, whether it is on the ground.
 
-    Alert, it stops as soon as one of both has changed. What an estimator that does not `fuse` does in a frame is left to it.
+    Alert, it stops as soon as one of both has changed. What an estimator that does not `fuse` does in a frame is left to it,
+    and so is its `belief`.
     """
     nav, mind = brains[0].nav, brains[0].mind
     knew, stood = knows_place(navs, books, sheets, P), mind.on_ground != 0
@@ -168,4 +171,6 @@ def live(
         knows, stands = knows_place(navs, books, sheets, P), mind.on_ground != 0
         if alert and (knows != knew or stands != stood):
             break
+    if fuses:
+        believe(navs, books, sheets, P, belief)
     return nav.frame, knows, stands

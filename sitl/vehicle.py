@@ -12,8 +12,8 @@ import numpy as np
 from sitl.airframe import RECEIVERS, Airframe, Receiver, Senses
 from sitl.autopilot.cascade import new_mind, set_demand, set_gains
 from sitl.clock import FRAME_US
+from sitl.estimator.belief import BELIEF_N, believe
 from sitl.estimator.ekf import Ekf
-from sitl.estimator.error_state import report
 from sitl.estimator.strapdown import EKF2_HORIZON_FRAMES, new_nav, vibration
 from sitl.faults import Fault
 from sitl.geo import dipole_field
@@ -137,17 +137,19 @@ class Vehicle:
             stock=config.stock_filter,
         )
         self._motion = world["body"].view("f8")  # as BODY orders it
+        self._belief = np.zeros(BELIEF_N)
         self._pack, self._sensed = world["pack"][0], world["sensed"][0]
         self._fixes, self._fix_valid = self._sensed["fix"], self._sensed["fix_valid"]
         self._nav, self._mind = brain["nav"][0], brain["mind"][0]
-        # Kept: to describe a record's bytes takes numpy a microsecond.
-        self._asked = brain["demand"].view("u1").data
+        # Kept: to describe an array's bytes takes numpy a microsecond.
+        self._asked, self._moves = brain["demand"].view("u1").data, self._motion.data
+        self._believes = self._belief.data
         self._frame = self.time_us = self._pause_frame = 0
         self.knows_position, self.on_ground = False, True
         self._demand: Demand | None = None
         self._live: Callable[[int, bool, bool], tuple[int, bool, bool]] | None = None
-        self._say: Callable[[np.ndarray, FloatArray, FloatArray, FloatArray], None] | None = None
         self._believed: Estimate | None = None
+        self._asks = True  # whether the estimator has yet to say what it believes
         self._set_faults(config.faults)
         self.params = config.params
 
@@ -159,7 +161,7 @@ class Vehicle:
     @params.setter
     def params(self, params: Params) -> None:
         self._params = self._ekf.params = params
-        self._believed, self.knows_position = None, self._ekf.knows_place
+        self._believed, self._asks, self.knows_position = None, True, self._ekf.knows_place
         set_gains(self._brain["gains"], params, self.config.airframe)
 
     def advance(
@@ -190,14 +192,14 @@ class Vehicle:
             self._frame, self.knows_position, self.on_ground = live_on(until, alert, fuses)
             if not fuses:
                 ekf.step()
-                self.knows_position = ekf.knows_place
+                self.knows_position, self._asks = ekf.knows_place, True
             if alert and (self.knows_position is not knew or self.on_ground is not stood):
                 break
         self._believed = None
         self.time_us = self._frame * FRAME_US
 
     def _compiled(self) -> Callable[[int, bool, bool], tuple[int, bool, bool]]:
-        records = self._world, self._brain, self._noise, *self._ekf.records
+        records = self._world, self._brain, self._noise, *self._ekf.records, self._belief
         self._live = partial(prepared(live, *records, 0, True, True), *records)
         return self._live
 
@@ -243,26 +245,20 @@ class Vehicle:
     @property
     def truth(self) -> TruthState:
         """What really is: for physics and for judges outside."""
-        motion = self._motion.copy()
-        motion.setflags(write=False)
-        return TruthState(self.time_us, motion)
+        return TruthState(self.time_us, np.frombuffer(self._moves.tobytes()))
 
     @property
     def estimate(self) -> Estimate:
         """What it believes now."""
         if self._believed is None:
-            self._believed = self._estimate()
+            ekf, knows = self._ekf, self.knows_position
+            if self._asks:
+                believe(ekf.nav, ekf.book, ekf.sheet, ekf.filter.P, self._belief)
+                self._asks = False
+            fresh, running = knows or ekf.fixes_fresh(self._frame), ekf.running
+            told = np.frombuffer(self._believes.tobytes())
+            self._believed = Estimate(self.time_us, told, running, knows, fresh, running)
         return self._believed
-
-    def _estimate(self) -> Estimate:
-        ekf, told = self._ekf, np.empty(31)
-        asked = ekf.nav, ekf.filter.P, ekf.wander_m2(self._frame), told
-        say = self._say = self._say or prepared(report, *asked)
-        say(*asked)
-        told.setflags(write=False)
-        knows, running = self.knows_position, ekf.running
-        fresh = knows or ekf.fixes_fresh(self._frame)
-        return Estimate(self.time_us, told, running, knows, fresh, running)
 
     @property
     def fix_age_us(self) -> int:
@@ -284,7 +280,7 @@ class Vehicle:
         """Anchor the EKF's NED frame there, once it has one; a demand in that frame is not moved."""
         if self._ekf.running:
             self._ekf.move_origin(point.lat_deg, point.lon_deg, point.alt_amsl_m)
-            self._believed = None
+            self._believed, self._asks = None, True
 
     @property
     def imu(self) -> ImuSample:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitl.airframe import Receiver, Senses
+from sitl.estimator.belief import knows_place
 from sitl.estimator.error_state import STATES, mag_expected, mag_jacobian, process_noise
 from sitl.estimator.filters import KernelFilter
 from sitl.estimator.fusion import (
@@ -26,7 +27,6 @@ from sitl.estimator.fusion import (
     RESET_AFTER,
     SHEET,
     SPEED,
-    knows_place,
     reset_to,
 )
 from sitl.estimator.observer import follow
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
 __all__ = ["BOOK", "Ekf"]
 
 ALIGN_FRAMES = 100
-_BARO_DRIFT_TIME_S = 300.0
 _TURN_TIME_S = 3.0
 """A turn takes about this long: over it an error of scale is no noise but adds up."""
 _PLACE_H, _SPEED_H = np.eye(3, STATES), np.eye(3, STATES, 3)
@@ -80,13 +79,14 @@ class Ekf:
         self.stepwise = stock
         r = receiver
         self._fix_sigma = np.array([r.white_h_m, r.white_h_m, r.white_v_m, *[r.speed_mps] * 3])
-        self.wander_variance_m2 = np.array([r.wander_h_m, r.wander_h_m, r.wander_v_m]) ** 2
+        wander_variance_m2 = np.array([r.wander_h_m, r.wander_h_m, r.wander_v_m]) ** 2
+        self.sheet["wander_m2"] = wander_variance_m2
         s = senses
         densities = s.accel_noise_mps2_rthz, s.gyro_noise_radps_rthz
         walks = s.accel_walk_mps3_rthz, s.gyro_walk_radps2_rthz
         noise = process_noise(*densities, *walks, PREDICT_S)
         nav["scale_noise_s"] = s.gyro_scale**2 * _TURN_TIME_S
-        noise[:3] = 2.0 * self.wander_variance_m2 / receiver.wander_time_s * PREDICT_S
+        noise[:3] = 2.0 * wander_variance_m2 / receiver.wander_time_s * PREDICT_S
         own = KernelFilter(nav, noise)
         self.filter = _stock_filter(nav, noise) if stock else own
         self.records = nav, self.book, self.sheet, own.work, own.x, own.P
@@ -153,7 +153,7 @@ class Ekf:
         sheet["process_noise"], sheet["field_ned_gauss"] = noise, self._field
         sheet["fix_variance"], sheet["baro_variance_m2"] = self._fix_sigma**2, self._baro_R[0, 0]
         sheet["baro_drift_m2"], sheet["mag_variance_gauss2"] = senses.baro_drift_m**2, self._mag_R[0, 0]
-        sheet["wander_m2"], self._gate = self.wander_variance_m2, sheet["gate"]
+        self._gate = sheet["gate"]
 
     def _fuse_fix(self, frame: int, slot: int) -> None:
         book, gate, fix = self._b, self._gate, self._fix[slot]
@@ -233,21 +233,6 @@ class Ekf:
     def fixes_fresh(self, frame: int) -> bool:
         """Whether position and velocity rest on fixes, or are dead-reckoned for no longer than PX4 does."""
         return self.running and frame - self._fix_frame.item() <= DEAD_RECKONING_FRAMES
-
-    def wander_m2(self, frame: int) -> FloatArray:
-        """What NED position's variance has beyond P: the wander of its frame.
-
-        Without fixes height is the barometer's, less the mean of its drift over the last BARO_BIAS_TIME before:
-        a Gauss-Markov process now against an exponential mean of it then.
-        """
-        lost_frames = frame - self._fix_frame.item()
-        if lost_frames <= ALONE_FRAMES:
-            return self.wander_variance_m2
-        share = _BARO_DRIFT_TIME_S / (_BARO_DRIFT_TIME_S + BARO_BIAS_TIME_S)
-        kept = math.exp(-lost_frames * PREDICT_S / _BARO_DRIFT_TIME_S)
-        drift_m2 = self._senses.baro_drift_m**2 * (1.0 + share - 2.0 * kept * share)
-        north_m2, east_m2, down_m2 = self.wander_variance_m2.tolist()
-        return np.array([north_m2, east_m2, down_m2 + drift_m2])
 
     @property
     def knows_place(self) -> bool:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from sitl.estimator.strapdown import PREDICT_S
 from sitl.kernels import FloatArray, Quaternion, Triple, kernel
 from sitl.rotation import exponential, matrix, multiply, normalized, unrotate
 
@@ -20,7 +19,6 @@ __all__ = [
     "mag_jacobian",
     "predict_covariance",
     "process_noise",
-    "report",
     "set_cross",
     "transition",
 ]
@@ -165,31 +163,3 @@ def mag_jacobian(q: FloatArray, field_ned: FloatArray) -> FloatArray:
     H = np.zeros((3, STATES))
     set_cross(H, field_frd(q, field_ned))
     return H
-
-
-@kernel
-def report(navs: np.ndarray, P: FloatArray, wander_variance_m2: FloatArray, told: FloatArray) -> None:
-    """Fill `told` with what an Estimate says.
-
-    Position, velocity, q, rate, acceleration, gyro and accelerometer bias; then NED variances of position, velocity
-    and attitude. Position's variance is carried from the horizon to the output.
-    """
-    nav = navs[0]
-    q, ahead_s = nav.out_q_ned_frd, (nav.horizon_frames - 1) * PREDICT_S
-    for i in range(4):
-        told[6 + i] = q[i]
-    r = matrix((q[0], q[1], q[2], q[3]))
-    for i in range(3):
-        told[i] = nav.out_position_ned_m[i]
-        told[3 + i] = nav.out_velocity_ned_mps[i]
-        told[10 + i] = nav.out_rate_frd_radps[i]
-        told[13 + i] = nav.out_acceleration_ned_mps2[i]
-        told[16 + i] = nav.gyro_bias[i]
-        told[19 + i] = nav.accel_bias[i]
-        told[22 + i] = P[i, i] + ahead_s * (2.0 * P[i, 3 + i] + ahead_s * P[3 + i, 3 + i])
-        told[22 + i] += wander_variance_m2[i]
-        told[25 + i] = P[3 + i, 3 + i]
-        told[28 + i] = 0.0
-        for j in range(3):
-            for k in range(3):
-                told[28 + i] += r[i][j] * P[6 + j, 6 + k] * r[i][k]

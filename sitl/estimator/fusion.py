@@ -28,7 +28,6 @@ __all__ = [
     "SHEET",
     "SPEED",
     "fuse_frame",
-    "knows_place",
     "reset_to",
 ]
 
@@ -171,13 +170,3 @@ def fuse_frame(
         follow(navs)
     else:
         catch_up(navs)
-
-
-@kernel
-def knows_place(navs: np.ndarray, books: np.ndarray, sheets: np.ndarray, P: FloatArray) -> bool:
-    """Whether fixes are fresh and the horizontal position's variance, both axes together, is no more: PX4's eph, squared."""
-    nav, sheet = navs[0], sheets[0]
-    if not nav.running or nav.frame - books[0].fix_frame > DEAD_RECKONING_FRAMES:
-        return False
-    north_m2, east_m2 = P[0, 0] + sheet.wander_m2[0], P[1, 1] + sheet.wander_m2[1]
-    return bool(north_m2 + east_m2 <= sheet.eph_max_m2)

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from sitl.airframe import RECEIVERS, Airframe
+from sitl.estimator.belief import wander_m2
 from sitl.estimator.error_state import transition
 from sitl.estimator.strapdown import HORIZON_FRAMES, PREDICT_S
 from sitl.geo import ned_of_geodetic
@@ -84,7 +85,7 @@ def error(one: Vehicle) -> tuple[np.ndarray, np.ndarray]:
     nav = one._ekf.nav[0]
     F = transition(q, nav["mean_force"], nav["mean_rate"], _AHEAD_S)
     P = F @ one._ekf.filter.P @ F.T
-    P[range(3), range(3)] += one._ekf.wander_m2(one._frame)
+    P[range(3), range(3)] += wander_m2(one._ekf.nav, one._ekf.book, one._ekf.sheet)
     return e, P
 
 
