@@ -16,6 +16,7 @@ from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import answered, command_of
 from sitl.link.events import REQUEST_EVENT, no_event
 from sitl.link.files import FILE_MESSAGE, Files, no_file
+from sitl.link.global_setpoints import global_setpoint_of
 from sitl.link.helm import Helm
 from sitl.link.instruments import image_captured
 from sitl.link.logs import LOG_REQUEST, no_logs
@@ -34,6 +35,7 @@ __all__ = ["Px4Link", "Px4LinkState"]
 
 _HEARTBEAT = message_type("HEARTBEAT")
 _SET_POSITION_TARGET = message_type("SET_POSITION_TARGET_LOCAL_NED")
+_SET_GLOBAL_TARGET = message_type("SET_POSITION_TARGET_GLOBAL_INT")
 _SET_ATTITUDE_TARGET = message_type("SET_ATTITUDE_TARGET")
 _MANUAL_CONTROL = message_type("MANUAL_CONTROL")
 _COMMAND_LONG = message_type("COMMAND_LONG")
@@ -200,6 +202,8 @@ class Px4Link:
         if message.target_system in (self._codec.system, 0) and message.target_component in (_OURS, _ANY):
             if type(message) is _SET_ATTITUDE_TARGET:
                 setpoint = attitude_setpoint_of(message)
+            elif type(message) is _SET_GLOBAL_TARGET:
+                setpoint = global_setpoint_of(message, helm.report())
             else:
                 setpoint = setpoint_of(message, helm.attitude)
             if setpoint is not None:
@@ -274,6 +278,7 @@ class Px4Link:
 _HANDLERS: Mapping[MessageType, Callable[[Px4Link, Received, Helm], list[Message]]] = {
     _HEARTBEAT: Px4Link._on_heartbeat,
     _SET_POSITION_TARGET: Px4Link._on_setpoint,
+    _SET_GLOBAL_TARGET: Px4Link._on_setpoint,
     _SET_ATTITUDE_TARGET: Px4Link._on_setpoint,
     _MANUAL_CONTROL: Px4Link._on_sticks,
     _COMMAND_LONG: Px4Link._on_command,
