@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 import signal
 import sys
 from collections.abc import Callable
@@ -60,7 +61,7 @@ def main(argv: list[str] | None = None) -> int:
         _warm_up(config)
         links: tuple[Endpoint, ...] = links_of(options.bind, options.instance)
     except KeyboardInterrupt:
-        print("sitl: stopped", flush=True)
+        _print("sitl: stopped")
         return 0
     except PortTakenError as error:
         print(f"sitl: {error}", file=sys.stderr)
@@ -70,10 +71,9 @@ def main(argv: list[str] | None = None) -> int:
         return 2
     simulator = Simulator(config)
     exchange = simulator.exchange if options.tlog is None else _logged(simulator, options.tlog)
-    print(
+    _print(
         f"sitl: {options.autopilot} {options.airframe}, system {options.instance + 1}, "
-        f"{_where(options.autopilot, options.instance)}",
-        flush=True,
+        f"{_where(options.autopilot, options.instance)}"
     )
     late_us = _READY_BY_US[options.autopilot] + max((f.end_us or 0 for f in options.fault), default=0)
     try:
@@ -81,14 +81,12 @@ def main(argv: list[str] | None = None) -> int:
             wait_for_client(links, options.instance)
         run(exchange, links, speedup=options.speedup, after_frame=_teller(simulator, late_us))
     except KeyboardInterrupt:
-        print("sitl: stopped", flush=True)
+        _print("sitl: stopped")
     finally:
         for link in links:
             link.close()
         if options.signing is not None:
-            print(
-                f"sitl: {simulator.refused} frames refused: unsigned, wrongly signed or replayed", flush=True
-            )
+            _print(f"sitl: {simulator.refused} frames refused: unsigned, wrongly signed or replayed")
     return 0
 
 
@@ -136,7 +134,15 @@ def _teller(simulator: Simulator, late_us: int) -> Callable[[], bool]:
 
 
 def _print_at(time_us: int, text: str) -> None:
-    print(f"[{1e-6 * time_us:8.2f} s] {text}", flush=True)
+    _print(f"[{1e-6 * time_us:8.2f} s] {text}")
+
+
+def _print(text: str) -> None:
+    """Print it at once. Who has stopped reading, as `| head` has, does not bring the vehicle down."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _awaited(simulator: Simulator) -> str:
@@ -159,7 +165,7 @@ def _warm_up(config: SimulatorConfig) -> None:
     """Live with a vehicle that is thrown away: numba compiles while nobody on the air waits for it."""
     with compiled_beside() as compiling:
         if compiling:
-            print("sitl: compiling, this once; it may take a minute", flush=True)
+            _print("sitl: compiling, this once; it may take a minute")
     Simulator(config).exchange(_WARM_UP_US, (b"", b""))
 
 

@@ -8,6 +8,7 @@ import time
 import pytest
 from patience import LIMIT_S, eventually
 from pymavlink import mavutil
+from vehicle_process import ROOT, free_instance
 
 ANSWER_S = 3.0
 
@@ -129,3 +130,24 @@ def test_a_polite_kill_ends_it_cleanly(start_vehicle, tmp_path):
     assert vehicle.process.stderr.read() == ""
     logged = mavutil.mavlink_connection(str(tmp_path / "all.tlog"), dialect="common")
     assert logged.recv_match(type="HEARTBEAT").autopilot == mavutil.mavlink.MAV_AUTOPILOT_PX4
+
+
+def test_who_no_longer_reads_what_it_prints_does_not_bring_it_down():
+    """As `python -m sitl | head -1`."""
+    instance = free_instance()
+    vehicle = subprocess.Popen(
+        [sys.executable, "-m", "sitl", "--instance", str(instance), "--speedup", "5"],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert any("UDP" in line for line in vehicle.stdout)  # it may compile first, and says so
+    vehicle.stdout.close()
+    link = connect(14540 + instance)
+    link.mav.command_long_send(instance + 1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)  # there is something to tell
+    wait(link, "SYSTEM_TIME", lambda time: time.time_boot_ms > 5000)
+    vehicle.terminate()
+    assert vehicle.wait(LIMIT_S) == 0
+    assert vehicle.stderr.read() == ""
+    link.close()
