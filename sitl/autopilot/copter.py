@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
+from sitl.autopilot.angled import Angled
 from sitl.autopilot.arming import home_of, is_ready
 from sitl.autopilot.auto import Auto, begin_auto
 from sitl.autopilot.auto_items import AutoItem, navigates
@@ -183,8 +184,9 @@ class Copter(Pilot[CopterState]):
         return going if state.home is None else replace(going, home=state.home)
 
     def _as_the_cascade_takes_it(self, setpoint: Setpoint) -> Setpoint:
-        """ArduPilot damps the speed's error where the cascade damps the speed: (1 + D)·a makes up for that."""
-        gain = 1.0 + self.parameters["PSC_VELXY_D"]
+        """ArduPilot damps the speed's error where the cascade damps the speed: (1 + D)·a makes up for that. A lean has no speed."""
+        leans = math.isnan(setpoint.velocity_ned_mps[0])
+        gain = 1.0 if leans else 1.0 + self.parameters["PSC_VELXY_D"]
         north, east, down = setpoint.acceleration_ned_mps2
         return Setpoint(
             setpoint.position_ned_m,
@@ -195,7 +197,7 @@ class Copter(Pilot[CopterState]):
             setpoint.attitude,
         )
 
-    def _begin(self, condition: Condition) -> Guided | Auto | Trip:
+    def _begin(self, condition: Condition) -> Guided | Angled | Auto | Trip:
         state = self._state
         if state.mode is Mode.GUIDED:
             return begin_guided(condition)
@@ -253,4 +255,6 @@ class Copter(Pilot[CopterState]):
             return False
         if isinstance(state.going, Guided):
             return state.going.trip is not None
+        if isinstance(state.going, Angled):
+            return state.going.lifts(self.parameters)
         return state.mode is Mode.AUTO and state.auto_armed and not state.flown

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from sitl.autopilot.angled import Angled
 from sitl.autopilot.auto import Auto
 from sitl.autopilot.guided import Guided
 from sitl.autopilot.memory import NOTHING, PilotState, notify
@@ -82,7 +83,7 @@ class CopterState(PilotState):
     """All that ArduCopter's commander remembers."""
 
     mode: Mode = Mode.STABILIZE
-    going: Guided | Auto | Trip | None = None
+    going: Guided | Angled | Auto | Trip | None = None
     auto_armed: bool = False
     """Whether AUTO may leave the ground: MISSION_START says so, where nobody raises a throttle."""
     alarms: Alarms = field(default_factory=Alarms)

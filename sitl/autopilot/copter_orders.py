@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
+from sitl.autopilot.angled import angled
 from sitl.autopilot.arming import home_at, home_of, is_ready
 from sitl.autopilot.auto import Auto, changed
 from sitl.autopilot.auto_items import navigates, takes_off_first
@@ -100,7 +101,11 @@ def steer(
     state: CopterState, setpoint: Setpoint, condition: Condition, parameters: Mapping[str, float]
 ) -> None:
     """Take a target: obeyed in GUIDED only, when armed, and not to a place beyond the fence. It ends a take-off."""
-    if state.mode is Mode.GUIDED and state.armed and not _fenced_off(state, setpoint, condition, parameters):
+    if state.mode is not Mode.GUIDED or not state.armed:
+        return
+    if setpoint.attitude is not None:
+        state.going = angled(state.going, setpoint.attitude, condition)
+    elif not _fenced_off(state, setpoint, condition, parameters):
         going = state.going if isinstance(state.going, Guided) else begin_guided(condition)
         state.going = going.told(setpoint, condition.time_us)
 

@@ -22,7 +22,7 @@ from sitl.link.ardupilot_status import (
     camera_feedback,
 )
 from sitl.link.ardupilot_streams import COPTER_RATES_HZ, FASTEST_HZ, stream_messages
-from sitl.link.ardupilot_targets import global_target, local_target
+from sitl.link.ardupilot_targets import attitude_target, global_target, local_target
 from sitl.link.codec import Codec, CodecState, Received
 from sitl.link.commands import Command, answered, command_of, whole_number
 from sitl.link.files import FILE_MESSAGE, Files
@@ -48,6 +48,7 @@ GREETING = b"\r\n\r\nInit ArduCopter V4.6.3 (mavspiral)\r\n\r\nFree RAM: 131072\
 _HEARTBEAT = message_type("HEARTBEAT")
 _LOCAL_TARGET = message_type("SET_POSITION_TARGET_LOCAL_NED")
 _GLOBAL_TARGET = message_type("SET_POSITION_TARGET_GLOBAL_INT")
+_ATTITUDE_TARGET = message_type("SET_ATTITUDE_TARGET")
 _COMMAND_LONG = message_type("COMMAND_LONG")
 _COMMAND_INT = message_type("COMMAND_INT")
 _SET_MODE = message_type("SET_MODE")
@@ -187,6 +188,12 @@ class ArduPilotLink:
     def _on_global_target(self, received: Received, helm: Helm) -> list[Message]:
         return self._steer(received.message, global_target, helm)
 
+    def _on_attitude_target(self, received: Received, helm: Helm) -> list[Message]:
+        target = attitude_target(received.message) if self._addresses_us(received.message) else None
+        if target is not None:
+            helm.steer(target)
+        return []
+
     def _steer(
         self, message: Message, target_of: Callable[[Message, Report], Setpoint], helm: Helm
     ) -> list[Message]:
@@ -319,6 +326,7 @@ _HANDLERS: Mapping[MessageType, Callable[[ArduPilotLink, Received, Helm], list[M
     _HEARTBEAT: ArduPilotLink._on_heartbeat,
     _LOCAL_TARGET: ArduPilotLink._on_local_target,
     _GLOBAL_TARGET: ArduPilotLink._on_global_target,
+    _ATTITUDE_TARGET: ArduPilotLink._on_attitude_target,
     _COMMAND_LONG: ArduPilotLink._on_command,
     _COMMAND_INT: ArduPilotLink._on_command,
     _SET_MODE: ArduPilotLink._on_set_mode,

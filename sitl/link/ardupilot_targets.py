@@ -1,4 +1,4 @@
-"""SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT to targets, by ArduCopter's rules.
+"""SET_POSITION_TARGET_LOCAL_NED, _GLOBAL_INT and SET_ATTITUDE_TARGET to targets, by ArduCopter's rules.
 
 Source: ArduPilot 4.6, GCS_MAVLink_Copter.cpp, as it was seen to behave. A group of three axes counts as ignored when
 any of its bits is set.
@@ -12,16 +12,18 @@ from sitl.geo import ned_of_geodetic
 from sitl.link.messages import Message
 from sitl.link.report import Report
 from sitl.rotation import euler_rad
-from sitl.signals import Setpoint
+from sitl.signals import AttitudeSetpoint, Setpoint, vector
 
-__all__ = ["STOP", "global_target", "local_target"]
+__all__ = ["STOP", "attitude_target", "global_target", "local_target"]
 
 _LOCAL_NED, _LOCAL_OFFSET, _BODY_NED, _BODY_OFFSET = 1, 7, 8, 9
 _AMSL_FRAMES, _RELATIVE_FRAMES = (0, 5), (3, 6)
 _POSITION, _VELOCITY, _ACCELERATION = 0o007, 0o070, 0o700
 _FORCE, _YAW, _YAW_RATE = 1 << 9, 1 << 10, 1 << 11
+_BODY_RATES, _NO_THRUST, _NO_ATTITUDE = 0b111, 64, 128
 _NAN3 = (math.nan,) * 3
 _FASTEST = 1000.0
+_UNIT_WITHIN = 1e-3
 
 STOP = Setpoint(_NAN3, _NAN3, _NAN3, math.nan, math.nan)
 """What ArduPilot makes of a message that it cannot follow: brake and stay."""
@@ -56,6 +58,25 @@ def global_target(message: Message, report: Report) -> Setpoint:
         down_m = float(home.position_ned_m[2]) - message.alt
     position = (north_m, east_m, down_m) if not message.type_mask & _POSITION else _NAN3
     return _target(message, position, 0.0)
+
+
+def attitude_target(message: Message) -> Setpoint | None:
+    """What a SET_ATTITUDE_TARGET commands; None when it counts for nothing. Of the three rates all count, or none."""
+    mask, q = message.type_mask, None
+    if mask & _NO_THRUST or not math.isfinite(message.thrust):
+        return None
+    if not mask & _NO_ATTITUDE:
+        if not abs(math.hypot(*message.q) - 1.0) <= _UNIT_WITHIN:
+            return None
+        q = vector(message.q, 4)
+    rates = message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate
+    ignored = mask & _BODY_RATES
+    if ignored == _BODY_RATES:
+        rates = 0.0, 0.0, 0.0
+    if ignored not in (0, _BODY_RATES) or not all(map(math.isfinite, rates)):
+        return STOP
+    thrust = min(max(message.thrust, 0.0), 1.0)
+    return STOP._replace(attitude=AttitudeSetpoint(q, vector(rates), thrust))
 
 
 def _target(message: Message, position: tuple[float, float, float], nose_rad: float) -> Setpoint:
