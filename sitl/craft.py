@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -115,6 +116,11 @@ class Craft:
         """Take a pilot's sticks; an ArduCopter does not."""
         if isinstance(self.commander, Commander):
             self.commander.hear_sticks(sticks, self.time_us)
+
+    def hear_channels(self, pulses_us: Mapping[int, int]) -> None:
+        """Take what a ground station puts on a radio's channels; a PX4 does not."""
+        if isinstance(self.commander, Copter):
+            self.commander.hear_channels(pulses_us, self.time_us)
 
     def hear_ground_station(self) -> None:
         """The ground station is there."""

@@ -123,5 +123,7 @@ class FlightStatus(NamedTuple):
     fence: FenceStatus = FenceStatus()
     outputs: tuple[tuple[int, int], ...] = ()
     """What has been put on servo outputs: number and pulse in microseconds."""
+    channels: tuple[tuple[int, int], ...] = ()
+    """What a ground station puts on a radio's channels: number and pulse in microseconds."""
     goal_ned_m: tuple[float, float, float] | None = None
     """The place that is flown to; None where there is none, as while a velocity is followed."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from sitl.autopilot.glide import Glide, start_glide
 from sitl.autopilot.lean import climbing, leaning, push_of, turned
-from sitl.autopilot.trip import Speeds, speeds_of
+from sitl.autopilot.trip import Speeds, speeds_of, vertical_limits
 from sitl.condition import Condition
 from sitl.kernels import Quaternion
 from sitl.rotation import euler_rad
@@ -62,7 +62,7 @@ class Angled(NamedTuple):
             )
         most = speeds_of(Speeds(), parameters)
         climb_mps = 2.0 * (thrust - _HOLD) * (most.up_mps if thrust > _HOLD else most.down_mps)
-        moved = climbing(self.glide, climb_mps, parameters, dt_s)
+        moved = climbing(self.glide, climb_mps, *vertical_limits(parameters), dt_s)
         moved = moved._replace(yaw_ned_rad=euler_rad(wanted)[2], yaw_rate_ned_radps=rates[2])
         return self._replace(q_ned_frd=q, glide=moved, setpoint=leaning(moved, push_of(q)))
 

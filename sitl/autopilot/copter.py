@@ -16,12 +16,20 @@ from sitl.autopilot.auto import Auto, begin_auto
 from sitl.autopilot.auto_items import AutoItem, navigates
 from sitl.autopilot.copter_failsafe import LOOK_US, watch
 from sitl.autopilot.copter_fence import watch_fence
-from sitl.autopilot.copter_memory import PLACE_US, PREARM_US, CopterState, knows_place, stand_down
+from sitl.autopilot.copter_memory import (
+    PLACE_US,
+    PREARM_US,
+    CopterState,
+    knows_place,
+    stand_down,
+    sticks_of,
+)
 from sitl.autopilot.copter_modes import COPTER_MODES
 from sitl.autopilot.copter_orders import carry_out, steer
 from sitl.autopilot.fence import fence_parts
 from sitl.autopilot.glide import start_glide
 from sitl.autopilot.guided import Guided, begin_guided
+from sitl.autopilot.hands import Led, led
 from sitl.autopilot.memory import NOTHING, notify
 from sitl.autopilot.pilot import Pilot
 from sitl.autopilot.shooting import shoot
@@ -69,6 +77,10 @@ class Copter(Pilot[CopterState]):
     def hear_ground_station(self, now_us: int) -> None:
         """A heartbeat of the ground station that FS_GCS_ENABLE watches."""
         self._state.gcs_heard_us = now_us
+
+    def hear_channels(self, pulses_us: Mapping[int, int], now_us: int) -> None:
+        """Take what a ground station puts on a radio's channels; 0 lets go of one."""
+        self._state.radio = self._state.radio.told(pulses_us, now_us)
 
     def command(self, condition: Condition) -> Demand:
         """What the cascade shall do until the next frame."""
@@ -130,12 +142,18 @@ class Copter(Pilot[CopterState]):
                 state.fence.last,
                 state.fence.time_us,
             ),
+            channels=tuple(state.radio.pulses_us(condition.time_us, self.parameters).items()),
         )
 
     def _proceed(self, condition: Condition, dt_s: float) -> Setpoint:
         """The setpoint a frame further along what the mode does."""
         state, parameters = self._state, self.parameters
         going = self._begin(condition) if state.going is None else state.going
+        sticks = sticks_of(state, condition.time_us, parameters)
+        if sticks is not None:
+            going = led(going, sticks, condition, leans=COPTER_MODES[state.mode].level)
+        elif isinstance(going, Led):
+            going = self._begin(condition)
         if isinstance(going, Auto):
             going = going.step(condition, dt_s, parameters, state.payload.bearing_rad(condition))
             state.run, state.speeds = going.run, going.speeds
@@ -149,7 +167,7 @@ class Copter(Pilot[CopterState]):
             going = going.step(condition, dt_s, parameters, state.speeds)
         state.going = going
         setpoint = going.setpoint
-        if COPTER_MODES[state.mode].level or state.blind:
+        if (COPTER_MODES[state.mode].level or state.blind) and not isinstance(going, Led):
             return setpoint._replace(
                 position_ned_m=(math.nan, math.nan, setpoint.position_ned_m[2]),
                 velocity_ned_mps=(math.nan, math.nan, setpoint.velocity_ned_mps[2]),
@@ -257,4 +275,7 @@ class Copter(Pilot[CopterState]):
             return state.going.trip is not None
         if isinstance(state.going, Angled):
             return state.going.lifts(self.parameters)
+        sticks = sticks_of(state, condition.time_us, self.parameters)
+        if sticks is not None:
+            return sticks.up > 0.0
         return state.mode is Mode.AUTO and state.auto_armed and not state.flown

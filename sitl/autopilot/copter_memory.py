@@ -8,12 +8,16 @@ from typing import NamedTuple
 
 from sitl.autopilot.angled import Angled
 from sitl.autopilot.auto import Auto
+from sitl.autopilot.copter_modes import COPTER_MODES
 from sitl.autopilot.guided import Guided
+from sitl.autopilot.hands import Led
 from sitl.autopilot.memory import NOTHING, PilotState, notify
+from sitl.autopilot.radio import Radio
 from sitl.autopilot.smart import Trail
 from sitl.autopilot.trip import Speeds, Trip
 from sitl.condition import Condition
 from sitl.orders import Mode, Verdict
+from sitl.signals import Sticks
 from sitl.status import Severity
 
 __all__ = [
@@ -25,6 +29,7 @@ __all__ = [
     "knows_place",
     "refuse",
     "stand_down",
+    "sticks_of",
     "trusts_place",
 ]
 
@@ -83,7 +88,7 @@ class CopterState(PilotState):
     """All that ArduCopter's commander remembers."""
 
     mode: Mode = Mode.STABILIZE
-    going: Guided | Angled | Auto | Trip | None = None
+    going: Guided | Angled | Auto | Trip | Led | None = None
     auto_armed: bool = False
     """Whether AUTO may leave the ground: MISSION_START says so, where nobody raises a throttle."""
     alarms: Alarms = field(default_factory=Alarms)
@@ -98,6 +103,7 @@ class CopterState(PilotState):
     gcs_heard_us: int | None = None
     told_place: bool = False
     speeds: Speeds = field(default_factory=Speeds)
+    radio: Radio = field(default_factory=Radio)
 
 
 def stand_down(state: CopterState, condition: Condition) -> None:
@@ -108,6 +114,11 @@ def stand_down(state: CopterState, condition: Condition) -> None:
     state.setpoint, state.speeds = NOTHING, Speeds()
     state.payload = state.payload.at_rest()
     notify(state, condition, Severity.INFO, "Disarming motors")
+
+
+def sticks_of(state: CopterState, now_us: int, parameters: Mapping[str, float]) -> Sticks | None:
+    """The sticks that lead it; None where nobody holds one, or in a mode that does not obey them."""
+    return state.radio.sticks(now_us, parameters) if COPTER_MODES[state.mode].by_hand else None
 
 
 def knows_place(condition: Condition) -> bool:

@@ -1,7 +1,7 @@
 """ArduCopter's modes as a table: what each does, and when it may be entered and armed in.
 
 A mode is a trip to glide along; GUIDED and AUTO have rooms of their own. The sticks of a pilot who is not there stand
-in their middle: STABILIZE and ALT_HOLD keep level and keep their height. SMARTRTL has its way from the trail.
+in their middle: STABILIZE and ALT_HOLD keep level and keep their height. Who is there flies them by `hands`. SMARTRTL has its way from the trail.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _Begin = Callable[[Glide, Home | None, Mapping[str, float]], Trip]
 class CopterRow:
     """One mode: its trip, whether it needs a position, whether one may arm in it, and whether it comes down.
 
-    A `level` one keeps level, as with its sticks in their middle.
+    A `level` one keeps level, as with its sticks in their middle. One `by_hand` obeys the sticks of whoever holds some.
     """
 
     trip: _Begin
@@ -31,6 +31,7 @@ class CopterRow:
     arms: bool = False
     lands: bool = False
     level: bool = False
+    by_hand: bool = False
 
 
 def _stay(glide: Glide, _: Home | None, parameters: Mapping[str, float]) -> Trip:
@@ -38,12 +39,12 @@ def _stay(glide: Glide, _: Home | None, parameters: Mapping[str, float]) -> Trip
 
 
 COPTER_MODES: Mapping[Mode, CopterRow] = {
-    Mode.STABILIZE: CopterRow(_stay, needs_place=False, arms=True, level=True),
-    Mode.ALT_HOLD: CopterRow(_stay, needs_place=False, arms=True, level=True),
+    Mode.STABILIZE: CopterRow(_stay, needs_place=False, arms=True, level=True, by_hand=True),
+    Mode.ALT_HOLD: CopterRow(_stay, needs_place=False, arms=True, level=True, by_hand=True),
     Mode.AUTO: CopterRow(_stay),
     Mode.GUIDED: CopterRow(_stay, arms=True),
-    Mode.LOITER: CopterRow(_stay, arms=True),
-    Mode.POSHOLD: CopterRow(_stay, arms=True),
+    Mode.LOITER: CopterRow(_stay, arms=True, by_hand=True),
+    Mode.POSHOLD: CopterRow(_stay, arms=True, by_hand=True),
     Mode.BRAKE: CopterRow(_stay),
     Mode.RTL: CopterRow(fly_home, lands=True),
     Mode.SMARTRTL: CopterRow(fly_home, lands=True),

@@ -15,6 +15,7 @@ from sitl.autopilot.copter_memory import (
     knows_place,
     refuse,
     stand_down,
+    sticks_of,
     trusts_place,
 )
 from sitl.autopilot.copter_modes import COPTER_MODES
@@ -53,6 +54,8 @@ from sitl.status import Severity
 __all__ = ["carry_out", "steer", "switch"]
 
 _MOTORS_N, _OUTPUTS_N = 4, 16
+_BOTTOM = -0.99
+"""A throttle in its lowest place: where it is by hand, nothing else is armed with."""
 
 
 def carry_out(
@@ -139,6 +142,9 @@ def _arm(
         return refuse(state, condition, "Arm: Need Position Estimate")
     if not force and _leans(condition, parameters):
         return refuse(state, condition, "Arm: Leaning")
+    sticks = sticks_of(state, condition.time_us, parameters)
+    if sticks is not None and not force and sticks.up > (_BOTTOM if state.mode is Mode.STABILIZE else 0.0):
+        return refuse(state, condition, "Arm: Throttle too high")
     state.armed, state.armed_at_us = True, condition.time_us
     state.flown, state.standing_since_us = False, None
     state.going, state.auto_armed = None, False

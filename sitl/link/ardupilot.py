@@ -21,6 +21,7 @@ from sitl.link.ardupilot_status import (
     MODE_OF_NUMBER,
     camera_feedback,
 )
+from sitl.link.ardupilot_sticks import manual_pulses_us, override_pulses_us
 from sitl.link.ardupilot_streams import COPTER_RATES_HZ, FASTEST_HZ, stream_messages
 from sitl.link.ardupilot_targets import attitude_target, global_target, local_target
 from sitl.link.codec import Codec, CodecState, Received
@@ -49,6 +50,8 @@ _HEARTBEAT = message_type("HEARTBEAT")
 _LOCAL_TARGET = message_type("SET_POSITION_TARGET_LOCAL_NED")
 _GLOBAL_TARGET = message_type("SET_POSITION_TARGET_GLOBAL_INT")
 _ATTITUDE_TARGET = message_type("SET_ATTITUDE_TARGET")
+_OVERRIDE = message_type("RC_CHANNELS_OVERRIDE")
+_MANUAL_CONTROL = message_type("MANUAL_CONTROL")
 _COMMAND_LONG = message_type("COMMAND_LONG")
 _COMMAND_INT = message_type("COMMAND_INT")
 _SET_MODE = message_type("SET_MODE")
@@ -201,6 +204,22 @@ class ArduPilotLink:
             helm.steer(target_of(message, helm.report()))
         return []
 
+    def _on_override(self, received: Received, helm: Helm) -> list[Message]:
+        if self._addresses_us(received.message):
+            self._hold(override_pulses_us(received.message), received, helm)
+        return []
+
+    def _on_manual_control(self, received: Received, helm: Helm) -> list[Message]:
+        if received.message.target == self._codec.system:
+            self._hold(manual_pulses_us(received.message, helm.parameters), received, helm)
+        return []
+
+    def _hold(self, pulses_us: dict[int, int], received: Received, helm: Helm) -> None:
+        """Only the ground station may; and who does lives."""
+        if received.system == helm.parameters["SYSID_MYGCS"]:
+            helm.hear_channels(pulses_us)
+            helm.hear_ground_station()
+
     def _on_parameter(self, received: Received, helm: Helm) -> list[Message]:
         if not self._addresses_us(received.message):
             return []
@@ -327,6 +346,8 @@ _HANDLERS: Mapping[MessageType, Callable[[ArduPilotLink, Received, Helm], list[M
     _LOCAL_TARGET: ArduPilotLink._on_local_target,
     _GLOBAL_TARGET: ArduPilotLink._on_global_target,
     _ATTITUDE_TARGET: ArduPilotLink._on_attitude_target,
+    _OVERRIDE: ArduPilotLink._on_override,
+    _MANUAL_CONTROL: ArduPilotLink._on_manual_control,
     _COMMAND_LONG: ArduPilotLink._on_command,
     _COMMAND_INT: ArduPilotLink._on_command,
     _SET_MODE: ArduPilotLink._on_set_mode,

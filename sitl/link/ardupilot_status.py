@@ -189,9 +189,11 @@ def _ahrs2(report: Report) -> Message:
 
 
 def _rc_channels(report: Report) -> Message:
-    """The sticks of nobody."""
+    """The sticks of nobody, but for those that a ground station holds."""
     sticks = (_STICK_MIDDLE, _STICK_MIDDLE, _STICK_LOW, _STICK_MIDDLE)
-    channels = (*sticks, *(_STICK_LOW,) * 4, *(0,) * (_CHANNELS - 8))
+    channels = [*sticks, *(_STICK_LOW,) * 4, *(0,) * (_CHANNELS - 8)]
+    for number, pulse_us in report.flight.channels:
+        channels[number - 1] = pulse_us
     return _RC_CHANNELS(report.time_ms, *channels, chancount=16, rssi=_UNKNOWN_RSSI)
 
 

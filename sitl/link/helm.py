@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol
 
 from sitl.faults import Fault
@@ -45,6 +46,9 @@ class Helm(Protocol):
 
     def hear_sticks(self, sticks: Sticks) -> None:
         """Take a pilot's sticks."""
+
+    def hear_channels(self, pulses_us: Mapping[int, int]) -> None:
+        """Take what a ground station puts on a radio's channels, by their number; 0 lets go of one."""
 
     def hear_ground_station(self) -> None:
         """The ground station that the vehicle listens for is there."""
