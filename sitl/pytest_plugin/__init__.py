@@ -25,6 +25,8 @@ __all__ = ["SitlOptions", "SitlVehicle", "closed_loop", "sitl_vehicle"]
 
 _KEEPERS = pytest.StashKey[list[Callable[[Path], list[str]]]]()
 _FIELDS = tuple(field.name for field in fields(SitlOptions))
+_FLOWN = ("dialect", "seed", "wind_mps", "gusts", "faults", "airframe")
+"""What a flight in lockstep has of them."""
 _KEPT_IN = "sitl-failures"
 
 
@@ -104,28 +106,54 @@ def closed_loop(request: pytest.FixtureRequest, sitl_options: SitlOptions) -> Ca
     """
 
     def fly(mission: Any, **changes: Any) -> Flight:
-        from mavspiral import Mission, load_mission, simulate
+        __tracebackhide__ = True  # what is wrong with a wish is the test's own
+        from mavspiral import MavspiralError
         from sitl.pytest_plugin.evidence import keep_flight
 
-        options = replace(sitl_options, **changes)
-        brief = mission if isinstance(mission, Mission) else load_mission(Path(mission))
-        if options.airframe is not None:
-            body = brief.vehicle.model_copy(update={"airframe": options.airframe})
-            brief = brief.model_copy(update={"vehicle": body})
-        flight = simulate(
-            brief,
-            seed=options.seed,
-            wind_mps=options.wind_mps,
-            gusts=options.gusts,
-            faults=tuple(options.faults),
-            autopilot=options.dialect,
-        )
+        try:
+            flight, name = _flown(mission, sitl_options, changes)
+        except MavspiralError as error:
+            raise error.with_traceback(None) from None
         keepers = _keepers(request)
-        name = f"{brief.name}-{len(keepers)}"
+        name = f"{name}-{len(keepers)}"
         keepers.append(lambda folder: keep_flight(flight, folder / name))
         return flight
 
     return fly
+
+
+def _flown(mission: Any, options: SitlOptions, changes: dict[str, Any]) -> tuple[Flight, str]:
+    """The flight, and the mission's name.
+
+    Raises:
+        InputError: a keyword, a value or a mission that makes no flight.
+        LimitError: the mission's plan does not hold.
+    """
+    from mavspiral import InputError, Mission, load_mission, simulate
+
+    unknown = sorted(set(changes) - set(_FLOWN))
+    if unknown:
+        raise InputError(f"closed_loop({', '.join(unknown)}): it takes {', '.join(_FLOWN)}")
+    try:
+        options = replace(options, **changes)
+    except ValueError as error:
+        raise InputError(f"closed_loop: {error}") from None
+    complaint = options.complaint()
+    if complaint is not None:
+        raise InputError(f"closed_loop: {complaint}")
+    brief = mission if isinstance(mission, Mission) else load_mission(Path(mission))
+    if options.airframe is not None:
+        body = brief.vehicle.model_copy(update={"airframe": options.airframe})
+        brief = brief.model_copy(update={"vehicle": body})
+    flight = simulate(
+        brief,
+        seed=options.seed,
+        wind_mps=options.wind_mps,
+        gusts=options.gusts,
+        faults=tuple(options.faults),
+        autopilot=options.dialect,
+    )
+    return flight, brief.name
 
 
 @pytest.hookimpl(wrapper=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import subprocess
 import sys
@@ -60,6 +62,20 @@ class SitlOptions:
         words += ["--gust"] if self.gusts else []
         words += ["--camera"] if self.camera else []
         return words + [word for spec in self.faults for word in ("--fault", spec)]
+
+    def complaint(self) -> str | None:
+        """What `python -m sitl` would say is wrong with them."""
+        from sitl.airframe import load_airframe
+        from sitl.arguments import parser_of_options
+
+        try:
+            with contextlib.redirect_stderr(io.StringIO()) as said:
+                load_airframe(parser_of_options("").parse_args(self.arguments()).airframe)
+        except SystemExit:
+            return said.getvalue().strip()
+        except (ValueError, KeyError, TypeError) as error:
+            return str(error.args[0] if error.args else error)
+        return None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -99,6 +99,29 @@ def test_a_wrong_wish_is_said_in_one_line(environment, tmp_path):
     assert "--camera is a PX4's component" in done.stdout, done.stdout
 
 
+def test_a_wrong_wish_of_a_closed_loop_is_said_in_one_line_and_without_our_own_frames(environment, tmp_path):
+    shutil.copytree(
+        ROOT / "tests/foreign", tmp_path, ignore=shutil.ignore_patterns("test_*"), dirs_exist_ok=True
+    )
+    test = "def test_{}(closed_loop):\n    closed_loop({})\n"
+    wrong = (
+        ("'hut.toml', seed=-3", "'-3': wanted an integer from 0"),
+        ("'hut.toml', airframe='zeppelin'", "no airframe 'zeppelin'"),
+        ("'hut.toml', faults=['rain@5s']", "unknown 'rain'"),
+        ("'hut.toml', faults='gps_loss@5s'", "wanted a list of them"),
+        ("'hut.toml', wind_mps=float('nan')", "argument --wind: 'nan'"),
+        ("'hut.toml', speedup=3", "closed_loop(speedup): it takes dialect, seed"),
+        ("'nowhere.toml'", "no such mission file"),
+    )
+    lines = [test.format(number, call) for number, (call, _) in enumerate(wrong)]
+    (tmp_path / "test_wrong.py").write_text("\n".join(lines))
+    done = run(environment, tmp_path)
+    assert f"{len(wrong)} failed" in done.stdout, done.stdout
+    for _, said in wrong:
+        assert said in done.stdout, done.stdout
+    assert "pytest_plugin" not in done.stdout and "closedloop.py" not in done.stdout, done.stdout
+
+
 ARDUCOPTER = """
 import pytest
 from pymavlink import mavutil
