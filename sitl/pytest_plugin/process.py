@@ -19,6 +19,16 @@ __all__ = ["SitlOptions", "SitlVehicle", "start_vehicle"]
 HOME = (23.96028, 32.8675, 188.5, 40.0)
 START_LIMIT_S = 600.0  # numba may have to compile first, in every worker at once, on a busy machine
 _STOP_LIMIT_S = 10.0
+_VEHICLE = """
+import os, signal, sys, threading
+def end_with_the_tests():
+    os.read(0, 1)  # nobody writes: it returns when the pipe is closed, however the tests ended
+    os.kill(os.getpid(), signal.SIGTERM)
+threading.Thread(target=end_with_the_tests, daemon=True).start()
+from sitl.__main__ import main
+sys.exit(main())
+"""
+"""`python -m sitl`, for as long as who started it lives: killed tests leave no vehicle behind that flies for ever."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +167,8 @@ class SitlVehicle:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
+        if self.process.stdin is not None:
+            self.process.stdin.close()
 
 
 def start_vehicle(options: SitlOptions, tlog: Path) -> SitlVehicle:
@@ -197,14 +209,14 @@ def _launch(options: SitlOptions, ports: Ports, tlog: Path) -> tuple[SitlVehicle
         [
             sys.executable,
             "-P",
-            "-m",
-            "sitl",
+            "-c",
+            _VEHICLE,
             f"--instance={ports.instance}",
             f"--tlog={tlog}",
             *options.arguments(),
         ],
         env={**os.environ, "PYTHONPATH": path},
-        stdin=subprocess.DEVNULL,
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -8,12 +8,14 @@ import site
 import subprocess
 import sys
 import sysconfig
+import time
 import tomllib
 import venv
 from pathlib import Path
 
 import pytest
 
+from sitl.link.endpoint import is_free
 from sitl.pytest_plugin.ports import free_ports, ports_of
 from sitl.pytest_plugin.process import SitlOptions, start_vehicle
 
@@ -181,6 +183,29 @@ def test_it_dies(sitl_vehicle):
     sitl_vehicle.process.kill()
     assert sitl_vehicle.process.wait() == 0
 """
+
+
+WAITS = """
+import time
+def test_it_waits(sitl_vehicle):
+    open("instance", "w").write(f"{sitl_vehicle.instance}\\n")
+    time.sleep(600.0)
+"""
+
+
+def test_killed_tests_leave_no_vehicle_behind(environment, tmp_path):
+    (tmp_path / "test_waits.py").write_text(WAITS)
+    tests = subprocess.Popen([environment, "-m", "pytest", "-p", "no:cacheprovider"], cwd=tmp_path)
+    told, deadline = tmp_path / "instance", time.monotonic() + 400.0
+    while not (told.exists() and told.read_text().endswith("\n")):
+        assert tests.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    tests.kill()
+    tests.wait()
+    port = 14580 + int(told.read_text())
+    while not is_free(port):
+        assert time.monotonic() < deadline, "it flies on"
+        time.sleep(0.05)
 
 
 def test_that_the_vehicle_had_died_is_said(environment, tmp_path):
