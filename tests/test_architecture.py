@@ -40,6 +40,7 @@ craft
 vehicle
 trouble loop
 link autopilot estimator physics
+copter_types
 copter_params
 faults params
 airframe

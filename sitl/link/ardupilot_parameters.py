@@ -1,6 +1,6 @@
 """ArduPilot's parameter protocol: every value is a plain number on the wire, whatever its type.
 
-Simpler than ArduPilot: all of them say that they are REAL32.
+The type that a PARAM_SET states does not matter: what is a whole number stays one.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from sitl.airframe import Airframe
 from sitl.copter_params import body_params, copter_defaults, yaw_gain
+from sitl.copter_types import as_kept, copter_bits
 from sitl.link.messages import Message, message_type
 from sitl.link.parameters import ChangeParameter, ParameterTable
 from sitl.params import Params
@@ -22,7 +23,8 @@ _PARAM_SET = message_type("PARAM_SET")
 _PARAM_REQUEST_READ = message_type("PARAM_REQUEST_READ")
 _PARAM_REQUEST_LIST = message_type("PARAM_REQUEST_LIST")
 
-_TYPE_REAL32 = 9
+_TYPE_REAL32, _TYPES = 9, {8: 2, 16: 4, 32: 6}
+"""MAV_PARAM_TYPE, of whole numbers by their bits."""
 _NO_INDEX = 65535
 _LIST_CHUNK = 21
 """Values a frame: ArduCopter was seen to send its 1392 in 0.65 s."""
@@ -35,7 +37,12 @@ class CopterTable(ParameterTable):
     def __init__(self, params: Params, airframe: Airframe, system: int) -> None:
         self._params, self._yaw_gain = params, yaw_gain(airframe)
         own = {"SYSID_THISMAV": float(system), "BATT_CAPACITY": 1e3 * airframe.battery.capacity_ah}
-        self._hold({**copter_defaults(), **own})
+        values = {**copter_defaults(), **own}
+        self._hold({name: as_kept(name, value) for name, value in values.items()})
+
+    def set(self, name: str, value: float) -> None:
+        """Change a value; of a whole number the fraction is cut off."""
+        super().set(name, as_kept(name, value))
 
     @property
     def vehicle_params(self) -> Params:
@@ -101,5 +108,5 @@ def _value(table: ParameterTable, name: str, index: int, value: float | None = N
         param_count=len(table.names),
         param_index=index,
         param_id=name.encode(),
-        param_type=_TYPE_REAL32,
+        param_type=_TYPES.get(copter_bits().get(name, 0), _TYPE_REAL32),
     )

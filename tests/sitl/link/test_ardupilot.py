@@ -222,6 +222,20 @@ def test_param_set_and_read_by_name_answer_with_index_65535_and_unknown_names_wi
     assert [(v.param_id, v.param_value, v.param_index) for v in values] == [("GUID_TIMEOUT", 0.5, 65535)] * 2
 
 
+def test_parameters_tell_their_types_and_a_set_with_another_type_changes_none(copter):
+    """8, 16 and 32 bits are 2, 4 and 6, floats 9; the values are plain numbers all the same."""
+    copter.say(mavlink.MAVLink_param_set_message(1, 1, b"RTL_ALT", 2500.7, 9))
+    for name in (b"RTL_ALT", b"SYSID_MYGCS", b"WP_YAW_BEHAVIOR", b"WPNAV_SPEED"):
+        copter.say(mavlink.MAVLink_param_request_read_message(1, 1, name, -1))
+    told = {v.param_id: (v.param_type, v.param_value) for v in pick(copter.live(0.1), "PARAM_VALUE")}
+    assert told == {
+        "RTL_ALT": (6, 2500.0),
+        "SYSID_MYGCS": (4, 255.0),
+        "WP_YAW_BEHAVIOR": (2, 2.0),
+        "WPNAV_SPEED": (9, 1000.0),
+    }
+
+
 def test_an_unsolicited_parameter_appears(copter):
     (value,) = pick(copter.live(31.0), "PARAM_VALUE")
     assert value.param_id == "STAT_RUNTIME"

@@ -23,22 +23,25 @@ def ask(copter, opcode, data=b"", offset=0, size=None, session=3, seconds=0.05):
     return answers
 
 
+ON_FILE = {1: "<b", 2: "<h", 3: "<i", 4: "<f"}
+
+
 def decoded(content):
     """Name to (value, default): as AP_Filesystem_Param.cpp describes the file."""
     _, count, total = struct.unpack_from("<HHH", content)
     at, before, found = 6, b"", {}
     while at < len(content):
         kind, lengths = content[at], content[at + 1]
-        assert kind & 15 == 4
+        packed = struct.Struct(ON_FILE[kind & 15])
         own, common = (lengths >> 4) + 1, lengths & 15
         name = before[:common] + content[at + 2 : at + 2 + own]
         at += 2 + own
-        (value,) = struct.unpack_from("<f", content, at)
-        at += 4
+        (value,) = packed.unpack_from(content, at)
+        at += packed.size
         default = value
         if kind >> 4 & 1:
-            (default,) = struct.unpack_from("<f", content, at)
-            at += 4
+            (default,) = packed.unpack_from(content, at)
+            at += packed.size
         found[name.decode()], before = (value, default), name
     assert count == total == len(found)
     return found
@@ -47,6 +50,7 @@ def decoded(content):
 @pytest.mark.parametrize("by_burst", [True, False])
 def test_all_parameters_and_their_defaults_come_as_one_file(copter, by_burst):
     copter.say(mavlink.MAVLink_param_set_message(1, 1, b"WPNAV_SPEED", 640.0, 9))
+    copter.say(mavlink.MAVLink_param_set_message(1, 1, b"RTL_ALT", 3000.0, 9))
     ((op, asked, session, _, _, size),) = ask(copter, OPEN, b"@PARAM/param.pck?withdefaults=1")
     (size,) = struct.unpack("<I", size)
     assert (op, asked, session) == (ACK, OPEN, 3)
@@ -66,6 +70,8 @@ def test_all_parameters_and_their_defaults_come_as_one_file(copter, by_burst):
     parameters = decoded(content)
     assert list(parameters) == list(copter.simulator.parameters)
     assert parameters["WPNAV_SPEED"] == (640.0, 1000.0)
+    assert parameters["RTL_ALT"] == (3000, 1500)
+    assert isinstance(parameters["RTL_ALT"][0], int)
     assert len(parameters) == 1392
     assert ask(copter, TERMINATE)[0][0] == ACK
     assert ask(copter, READ, size=10)[0][::5] == (NAK, bytes([INVALID_SESSION]))
