@@ -52,6 +52,7 @@ class Mode(Enum):
     POSHOLD = auto()
     BRAKE = auto()
     SMARTRTL = auto()
+    CIRCLE = auto()
 
 
 class Verdict(Enum):

@@ -14,6 +14,7 @@ from sitl.autopilot.angled import Angled
 from sitl.autopilot.arming import home_of, is_ready
 from sitl.autopilot.auto import Auto, begin_auto
 from sitl.autopilot.auto_items import AutoItem, navigates
+from sitl.autopilot.circle import Circle, begin_circle
 from sitl.autopilot.copter_failsafe import LOOK_US, watch
 from sitl.autopilot.copter_fence import watch_fence
 from sitl.autopilot.copter_memory import (
@@ -215,7 +216,7 @@ class Copter(Pilot[CopterState]):
             setpoint.attitude,
         )
 
-    def _begin(self, condition: Condition) -> Guided | Angled | Auto | Trip:
+    def _begin(self, condition: Condition) -> Guided | Angled | Auto | Circle | Trip:
         state = self._state
         if state.mode is Mode.GUIDED:
             return begin_guided(condition)
@@ -226,6 +227,8 @@ class Copter(Pilot[CopterState]):
             return begin_auto(
                 state.plans.mission, state.run, condition, state.home, state.speeds, self.parameters
             )
+        if state.mode is Mode.CIRCLE:
+            return begin_circle(condition, self.parameters)
         if state.mode is Mode.SMARTRTL:
             return fly_back(start_glide(condition.estimate), state.home, state.trail, self.parameters)
         return COPTER_MODES[state.mode].trip(start_glide(condition.estimate), state.home, self.parameters)

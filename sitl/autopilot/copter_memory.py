@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from sitl.autopilot.angled import Angled
 from sitl.autopilot.auto import Auto
+from sitl.autopilot.circle import Circle
 from sitl.autopilot.copter_modes import COPTER_MODES
 from sitl.autopilot.guided import Guided
 from sitl.autopilot.hands import Led
@@ -88,7 +89,7 @@ class CopterState(PilotState):
     """All that ArduCopter's commander remembers."""
 
     mode: Mode = Mode.STABILIZE
-    going: Guided | Angled | Auto | Trip | Led | None = None
+    going: Guided | Angled | Auto | Circle | Trip | Led | None = None
     auto_armed: bool = False
     """Whether AUTO may leave the ground: MISSION_START says so, where nobody raises a throttle."""
     alarms: Alarms = field(default_factory=Alarms)

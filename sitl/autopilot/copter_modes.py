@@ -1,6 +1,6 @@
 """ArduCopter's modes as a table: what each does, and when it may be entered and armed in.
 
-A mode is a trip to glide along; GUIDED and AUTO have rooms of their own. The sticks of a pilot who is not there stand
+A mode is a trip to glide along; GUIDED, AUTO and CIRCLE have rooms of their own. The sticks of a pilot who is not there stand
 in their middle: STABILIZE and ALT_HOLD keep level and keep their height. Who is there flies them by `hands`. SMARTRTL has its way from the trail.
 """
 
@@ -46,6 +46,7 @@ COPTER_MODES: Mapping[Mode, CopterRow] = {
     Mode.LOITER: CopterRow(_stay, arms=True, by_hand=True),
     Mode.POSHOLD: CopterRow(_stay, arms=True, by_hand=True),
     Mode.BRAKE: CopterRow(_stay),
+    Mode.CIRCLE: CopterRow(_stay),
     Mode.RTL: CopterRow(fly_home, lands=True),
     Mode.SMARTRTL: CopterRow(fly_home, lands=True),
     Mode.LAND: CopterRow(land_here, needs_place=False, lands=True),

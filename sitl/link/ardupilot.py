@@ -19,6 +19,7 @@ from sitl.link.ardupilot_status import (
     COPTER_LISTED_MODES,
     COPTER_STATUS,
     MODE_OF_NUMBER,
+    MODES_NOT_FLOWN,
     camera_feedback,
 )
 from sitl.link.ardupilot_sticks import manual_pulses_us, override_pulses_us
@@ -286,7 +287,9 @@ class ArduPilotLink:
             return _DENIED, []
         mode = MODE_OF_NUMBER.get(number)
         if mode is None:
-            return _FAILED, self._texts(f"No such mode {number}", helm)
+            name = MODES_NOT_FLOWN.get(number)
+            text = f"Mode change to {name} failed: not simulated" if name else f"No such mode {number}"
+            return _FAILED, self._texts(text, helm)
         return _RESULTS[helm.obey(SwitchMode(mode))], []
 
     def _texts(self, text: str, helm: Helm) -> list[Message]:

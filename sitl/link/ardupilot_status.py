@@ -18,7 +18,14 @@ from sitl.orders import Mode
 from sitl.rotation import euler_rad
 from sitl.status import Shot
 
-__all__ = ["BOOT_US", "COPTER_LISTED_MODES", "COPTER_STATUS", "MODE_OF_NUMBER", "camera_feedback"]
+__all__ = [
+    "BOOT_US",
+    "COPTER_LISTED_MODES",
+    "COPTER_STATUS",
+    "MODES_NOT_FLOWN",
+    "MODE_OF_NUMBER",
+    "camera_feedback",
+]
 
 BOOT_US = 2_900_000
 """So long the HEARTBEAT says BOOT, and streams cannot be asked for."""
@@ -54,12 +61,31 @@ _NUMBERS: Mapping[Mode, int] = {
     Mode.GUIDED: 4,
     Mode.LOITER: 5,
     Mode.RTL: 6,
+    Mode.CIRCLE: 7,
     Mode.LAND: 9,
     Mode.POSHOLD: 16,
     Mode.BRAKE: 17,
     Mode.SMARTRTL: 21,
 }
 MODE_OF_NUMBER: Mapping[int, Mode] = {number: mode for mode, number in _NUMBERS.items()}
+
+MODES_NOT_FLOWN: Mapping[int, str] = {
+    1: "ACRO",
+    11: "DRIFT",
+    13: "SPORT",
+    14: "FLIP",
+    15: "AUTOTUNE",
+    18: "THROW",
+    19: "AVOID_ADSB",
+    20: "GUIDED_NOGPS",
+    22: "FLOWHOLD",
+    23: "FOLLOW",
+    24: "ZIGZAG",
+    25: "SYSTEMID",
+    27: "AUTO RTL",
+    28: "TURTLE",
+}
+"""What an ArduCopter has and this one does not."""
 
 _STANDARD_MODES = {Mode.AUTO: 6, Mode.LOITER: 1, Mode.RTL: 5, Mode.LAND: 7, Mode.ALT_HOLD: 4}
 """MAVLink's MAV_STANDARD_MODE."""
