@@ -19,6 +19,7 @@ from mavsdk.plugins.offboard import (
     Attitude,
     AttitudeRate,
     Offboard,
+    PositionGlobalYaw,
     PositionNedYaw,
     VelocityBodyYawspeed,
     VelocityNedYaw,
@@ -177,6 +178,21 @@ def test_offboard_by_position_velocity_and_acceleration(drone):
     drone.offboard.set_position_velocity_acceleration_ned(place, still, AccelerationNed(0.0, 0.0, 0.0))
     time.sleep(0.3)
     assert drone.offboard.is_active()
+    insisted(drone.offboard.stop)
+    wait(lambda: drone.telemetry.flight_mode() is FlightMode.HOLD)
+
+
+def test_offboard_by_a_place_on_earth(drone):
+    drone.airborne()
+    here = drone.telemetry.position()
+    lat_deg, height_m = here.latitude_deg + 5.0 / DEGREE_M, here.relative_altitude_m + 2.0
+    relative = PositionGlobalYaw.AltitudeType.REL_HOME
+    drone.offboard.set_position_global(
+        PositionGlobalYaw(lat_deg, here.longitude_deg, height_m, 0.0, relative)
+    )
+    insisted(drone.offboard.start)
+    wait(lambda: (drone.telemetry.position().latitude_deg - here.latitude_deg) * DEGREE_M > 4.5)
+    wait(lambda: drone.height_m > height_m - 0.3)
     insisted(drone.offboard.stop)
     wait(lambda: drone.telemetry.flight_mode() is FlightMode.HOLD)
 
