@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from pymavlink.dialects.v20 import common
 
+from sitl.link.ardupilot_fence import fence_fault
 from sitl.link.ardupilot_items import CAPACITY, item_of, message_of, with_home
 from sitl.link.codec import Received
 from sitl.link.helm import Helm
@@ -77,7 +78,7 @@ class CopterPlanService:
         messages: list[Message] = []
         if helm.run is not self.told:
             before, self.told = self.told, helm.run
-            if before is not None and helm.run.reached > before.reached:
+            if before is not None and -1 < helm.run.reached != before.reached:
                 messages.append(_ITEM_REACHED(helm.run.reached))
         if not self.taking:
             return messages
@@ -160,6 +161,10 @@ class CopterPlanService:
             return [self._ask(helm)]
         if self.kind == PlanKind.FENCE:
             whole = tuple(corner for corner in self.fence if corner is not None)
+            fault = fence_fault(whole)
+            if fault is not None:
+                self._end(helm)
+                return [_warning(fault), *self._answer(_ERROR)]
             helm.obey(TakePlan(PlanKind.FENCE, whole))
         elif self.anew:
             helm.obey(TakePlan(PlanKind(self.kind), helm.plans.of(PlanKind(self.kind))))

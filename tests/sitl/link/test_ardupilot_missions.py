@@ -279,6 +279,37 @@ def test_fences_and_rally_points_are_kept_beside_the_mission(copter):
     assert (len(plans.mission), len(plans.fence), len(plans.rally)) == (2, 1, 1)
 
 
+@pytest.mark.parametrize(
+    ("corners", "said"),
+    [
+        ([(5001, 4.0)] * 3, "Incorrect item count (want=4 got=3)"),
+        ([(5001, 2.0)] * 2, "Invalid vertex count (2)"),
+        ([(5001, 3.0), (5001, 4.0), (5001, 3.0)], "Unexpected vertex count want=3 got=4"),
+        ([(5001, 3.0), (5002, 3.0)], "Received incorrect vertex type (want=5001 got=5002)"),
+        ([(5003, 0.0)], "Non-positive circle radius"),
+    ],
+    ids=["a corner is missing", "no area", "another count", "another kind", "no radius"],
+)
+def test_a_fence_that_is_none_is_refused_when_it_is_whole_and_the_old_one_stays(copter, corners, said):
+    copter.live(4.0)
+    assert upload_fence(copter, [(5001, 3.0)] * 3)[0] == [0]
+    old = copter.flight.plans.fence
+    results, heard = upload_fence(copter, corners)
+    assert results == [1]
+    assert said[:50] in texts(heard)  # as much as one text holds
+    assert copter.flight.plans.fence == old and len(old) == 3
+
+
+def upload_fence(copter, corners):
+    """What the MISSION_ACKs said, and all heard."""
+    offer(copter, len(corners), 1)
+    heard = copter.live(0.05)
+    for seq, (command, p1) in enumerate(corners):
+        give(copter, seq, 1, command, p1)
+        heard += copter.live(0.05)
+    return acks(heard), heard
+
+
 # AUTO
 
 
@@ -419,7 +450,7 @@ def test_without_speed_commands_it_flies_at_wpnav_speed(copter):
 
 
 def test_land_at_a_place_and_a_jump(copter):
-    rows, _ = fly(
+    rows, heard = fly(
         copter,
         TAKEOFF,
         waypoint(15.0, 0.0),
@@ -427,6 +458,7 @@ def test_land_at_a_place_and_a_jump(copter):
         do(177, 2, 1),
         waypoint(5, 5, 0, command=21),
     )
+    assert [item.seq for item in pick(heard, "MISSION_ITEM_REACHED")][:5] == [1, 2, 3, 2, 3]
     seqs = rows[:, 1]
     assert np.count_nonzero(np.diff(seqs) == -1) == 1
     assert np.linalg.norm(rows[-1, 2:4] - (5.0, 5.0)) < 1.0
