@@ -65,8 +65,10 @@ def check_document(document: dict[str, Any], autopilot: str | None = None) -> Ve
             )
     else:
         if own is not None and own != chosen:
-            findings.warning(
-                "mission.firmwareType", f"was made for {DIALECTS[own].name}, not {DIALECTS[chosen].name}"
+            findings.error(
+                "mission.firmwareType",
+                f"was made for {DIALECTS[own].name}, not {DIALECTS[chosen].name}, so that `mavspiral upload` refuses it. "
+                f'Fix: [vehicle] autopilot = "{chosen}", and plan it again; another\'s plan: save it anew with such a vehicle',
             )
         judge_items(parts, DIALECTS[chosen], findings)
         judge_fence(parts, chosen, findings)

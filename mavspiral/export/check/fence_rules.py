@@ -1,10 +1,14 @@
-"""Whether a plan's places keep to its own fence: PX4 refuses a mission that leaves it."""
+"""Whether a plan's places keep to its own fence: PX4 refuses a mission that leaves it.
+
+Source: PX4 v1.17, geofence.cpp (of several inclusions it wants all: its issue 27099); ArduPilot, AC_PolyFence_loader.cpp.
+"""
 
 from __future__ import annotations
 
 import math
 
 from mavspiral.export.check.autopilot_rules import DEGREE_M, MISSION_FRAME, PLACES
+from mavspiral.export.check.dialects import DIALECTS
 from mavspiral.export.check.fence_shapes import FenceCircle, FencePolygon, Place
 from mavspiral.export.check.findings import Findings
 from mavspiral.export.check.loading import PlanParts
@@ -13,28 +17,43 @@ __all__ = ["judge_fence"]
 
 
 def judge_fence(parts: PlanParts, autopilot: str, findings: Findings) -> None:
-    """Notes every place outside the fence, home's too.
+    """Notes every place outside the fence, home's too. Of several areas to stay in, both autopilots want all at once.
 
-    PX4 is content with one of several inclusion areas; ArduPilot wants all of them.
+    PX4 drops an area that home breaks, and says so when it is uploaded: that area keeps nobody in or out.
     """
+    name, home = DIALECTS[autopilot].name, None if parts.home is None else (parts.home[0], parts.home[1])
     shapes: list[FencePolygon | FenceCircle] = [*parts.polygons, *parts.circles]
-    inside = [shape for shape in shapes if shape[0]]
-    outside = [shape for shape in shapes if not shape[0]]
-    enough = any if autopilot == "px4" else all
+    inside_n = sum(shape[0] for shape in shapes)
+    if inside_n > 1:
+        findings.warning(
+            "geoFence", f"{inside_n} areas to stay in: {name} wants to be in all of them at once"
+        )
+    held = shapes
+    if autopilot == "px4" and home is not None:
+        named = [f"fence polygon {number + 1}" for number in range(len(parts.polygons))]
+        named += [f"fence circle {number + 1}" for number in range(len(parts.circles))]
+        held = [shape for shape in shapes if _allows(home, shape)]
+        for place, shape in zip(named, shapes, strict=True):
+            if not _allows(home, shape):
+                side = "outside" if shape[0] else "inside"
+                findings.warning(place, f"PX4 does not hold this area: the planned home lies {side} it")
+    elif home is not None and not all(_allows(home, shape) for shape in shapes if shape[0]):
+        findings.warning("mission.plannedHomePosition", "lies outside the plan's own inclusion fence")
     for item in parts.items:
         place = (item.params[4], item.params[5])
         if item.command not in PLACES or item.frame == MISSION_FRAME or not all(map(math.isfinite, place)):
             continue
         if place == (0.0, 0.0):
             continue  # here, wherever that is
-        if inside and not enough(_within(place, shape) for shape in inside):
+        broken = {shape[0] for shape in held if not _allows(place, shape)}
+        if True in broken:
             findings.error(item.place, "lies outside the plan's own inclusion fence")
-        if any(_within(place, shape) for shape in outside):
+        if False in broken:
             findings.error(item.place, "lies inside the plan's own exclusion fence")
-    if parts.home is not None and inside:
-        home = parts.home[0], parts.home[1]
-        if not enough(_within(home, shape) for shape in inside):
-            findings.warning("mission.plannedHomePosition", "lies outside the plan's own inclusion fence")
+
+
+def _allows(place: Place, shape: FencePolygon | FenceCircle) -> bool:
+    return _within(place, shape) is shape[0]
 
 
 def _within(place: Place, shape: FencePolygon | FenceCircle) -> bool:

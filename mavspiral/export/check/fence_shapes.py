@@ -5,7 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 from mavspiral.export.check.findings import Findings
-from mavspiral.export.check.shape import ARRAY, FLAG, NUMBER, OBJECT, demand, is_kind, place_of, short
+from mavspiral.export.check.shape import (
+    ARRAY,
+    FLAG,
+    FLOAT_MAX,
+    NUMBER,
+    OBJECT,
+    demand,
+    is_kind,
+    place_of,
+    short,
+)
 
 __all__ = ["FenceCircle", "FencePolygon", "fence_shapes", "rally_points"]
 
@@ -42,7 +52,7 @@ def fence_shapes(
         place = f"fence circle {number}"
         if _shape(shape, {"circle": OBJECT}, place, findings):
             center, radius = place_of(shape["circle"].get("center"), 2), shape["circle"].get("radius")
-            if center is None or not is_kind(radius, NUMBER) or not radius > 0:
+            if center is None or not is_kind(radius, NUMBER) or not 0 < radius < FLOAT_MAX:
                 findings.error(place, "wants center [latitude, longitude] and a radius in metres")
             else:
                 circles.append((shape["inclusion"], (center[0], center[1]), float(radius)))

@@ -55,7 +55,8 @@ def pattern(item: dict[str, Any], place: str, findings: Findings) -> Pattern:
     place = f"{place} ({short(kind)})"
     if kind in _LANDINGS:
         findings.warning(
-            place, "a landing pattern of fixed wings, not judged: only QGroundControl makes items of it"
+            place,
+            "a landing pattern of fixed wings, not judged: only QGroundControl makes items of it; `mavspiral upload` refuses it",
         )
         return Pattern(hollow=True)
     if not isinstance(kind, str) or kind not in _VERSIONS:
@@ -69,7 +70,7 @@ def pattern(item: dict[str, Any], place: str, findings: Findings) -> Pattern:
     if kind == "survey" and version in _OLD_SURVEYS:
         findings.warning(
             place,
-            f"a survey of version {version}: QGroundControl makes it anew, it is not judged. Fix: save it there once more",
+            f"a survey of version {version}: QGroundControl makes it anew, it is not judged, and `mavspiral upload` refuses it. Fix: save it there once more",
         )
         return Pattern(hollow=True)
     if kind == "StructureScan":
@@ -98,7 +99,10 @@ def _structure(item: dict[str, Any], place: str, findings: Findings) -> int:
     if not demand(item, _STRUCTURE, place, findings):
         return 0
     judge_camera(item["CameraCalc"], place, findings)
-    findings.warning(place, "keeps no mission items in the file: only QGroundControl can fly it, not MAVSDK")
+    findings.warning(
+        place,
+        "keeps no mission items in the file: only QGroundControl can fly it, not MAVSDK; `mavspiral upload` refuses it",
+    )
     corners = [place_of(corner, 2) for corner in item["polygon"]]
     if len(corners) < 3 or None in corners:
         findings.error(place, "polygon is not three or more of [latitude, longitude]")

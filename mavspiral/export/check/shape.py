@@ -7,10 +7,12 @@ from typing import Any, Final
 
 from mavspiral.export.check.findings import Findings
 
-__all__ = ["ARRAY", "FLAG", "NUMBER", "OBJECT", "TEXT", "demand", "is_kind", "place_of", "short"]
+__all__ = ["ARRAY", "FLAG", "FLOAT_MAX", "NUMBER", "OBJECT", "TEXT", "demand", "is_kind", "place_of", "short"]
 
 NUMBER, TEXT, OBJECT, ARRAY, FLAG = "a number", "a string", "an object", "an array", "true or false"
 HEIGHT = 2
+FLOAT_MAX = 3.4e38
+"""MAVLink carries heights and radii in floats of 32 bits."""
 _TYPES: Final[dict[str, type | tuple[type, ...]]] = {
     NUMBER: (int, float),
     TEXT: str,
@@ -44,7 +46,11 @@ def place_of(value: Any, count: int) -> tuple[float, ...] | None:
         return None
     if not all(is_kind(v, NUMBER) or (v is None and i == HEIGHT) for i, v in enumerate(value)):
         return None
-    if abs(value[0]) > 90 or abs(value[1]) > 180:
+    if (
+        abs(value[0]) > 90
+        or abs(value[1]) > 180
+        or any(abs(v) > FLOAT_MAX for v in value[HEIGHT:] if v is not None)
+    ):
         return None
     return tuple(math.nan if v is None else float(v) for v in value)
 

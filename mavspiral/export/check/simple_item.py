@@ -8,12 +8,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from mavspiral.export.check.findings import Findings
-from mavspiral.export.check.shape import ARRAY, FLAG, NUMBER, demand, is_kind, short
+from mavspiral.export.check.shape import ARRAY, FLAG, FLOAT_MAX, NUMBER, demand, is_kind, short
 
 __all__ = ["PlanItem", "simple_item"]
 
 _KEYS = {"command": NUMBER, "frame": NUMBER, "params": ARRAY, "autoContinue": FLAG}
 _ALTITUDE = ("Altitude", "AltitudeMode", "AMSLAltAboveTerrain")
+
+_MISSION_FRAME = 2
+_STEPS = 1e7
+"""Of latitude and longitude in a degree; in frame MISSION the two are what they are."""
+_WHOLE_MAX = 2**31 - 1
 
 _PLAIN_MODES = (1, 2)
 """Relative to home, above the sea."""
@@ -49,6 +54,8 @@ def simple_item(item: dict[str, Any], place: str, findings: Findings) -> Iterato
         if item[key] != int(item[key]) or not 0 <= item[key] < 65536:
             findings.error(place, f"{key} is {short(item[key])}, which MAVLink does not number so")
             return
+    if not _judge_range(item, place, findings):
+        return
     given = [key for key in _ALTITUDE if key in item]
     if given and len(given) < len(_ALTITUDE):
         missing = ", ".join(key for key in _ALTITUDE if key not in item)
@@ -69,6 +76,22 @@ def simple_item(item: dict[str, Any], place: str, findings: Findings) -> Iterato
         tuple(math.nan if value is None else float(value) for value in params),
         None if jump_id is None else int(jump_id),
     )
+
+
+def _judge_range(item: dict[str, Any], place: str, findings: Findings) -> bool:
+    """Whether MAVLink can carry the parameters: the fifth and sixth as whole numbers of 32 bits, the others as floats."""
+    params, steps = [0.0 if value is None else value for value in item["params"]], _STEPS
+    if item["frame"] == _MISSION_FRAME:
+        steps = 1
+        if any(value % 1 for value in params[4:6]):
+            findings.warning(
+                place, "MAVLink carries the fifth and sixth parameter in frame 2 as whole numbers"
+            )
+    tall = [value for value in params[4:6] if abs(value) * steps >= _WHOLE_MAX]
+    tall += [value for value in (*params[:4], params[6]) if abs(value) > FLOAT_MAX]
+    for value in tall:
+        findings.error(place, f"{value:g} among params is more than MAVLink carries there")
+    return not tall
 
 
 def _judge_height(item: dict[str, Any], place: str, findings: Findings) -> None:

@@ -30,6 +30,7 @@ from mavspiral.export.check import check_document, check_file
 from mavspiral.export.check.dialects import COMMANDS, DIALECTS
 
 ROOT = Path(__file__).parents[3]
+FIRMWARE = {"px4": 12, "ardupilot": 3}
 
 
 def test_what_the_ground_station_writes_is_taken():
@@ -91,7 +92,7 @@ def test_what_the_loader_refuses(plan, words):
     ],
 )
 def test_what_the_autopilot_refuses(autopilot, item, words):
-    verdict = check_document(plan_of(TAKEOFF, item), autopilot)
+    verdict = check_document(plan_of(TAKEOFF, item, firmware=FIRMWARE[autopilot]))
     assert any(words in line for line in verdict.errors), verdict
     assert all(line.startswith("item 2: ") for line in verdict.errors)
 
@@ -243,12 +244,41 @@ def test_the_same_fault_in_many_items_is_one_line():
     assert "20001 items; PX4 holds 10000 at most" in verdict.errors[1]
 
 
-def test_another_autopilot_than_it_was_made_for():
+def test_a_plan_for_another_autopilot_is_refused_as_upload_refuses_it():
     verdict = check_document(changed(mission__items__1__params=[0, 0, 0, 90, 47.4, 8.55, 20]), "ardupilot")
-    assert verdict.ok
-    assert len(verdict.warnings) == 2
-    assert "drops the heading" in verdict.warnings[1]
+    (error,) = verdict.errors
+    assert "made for PX4, not ArduCopter" in error and '[vehicle] autopilot = "ardupilot"' in error
+    (warning,) = verdict.warnings
+    assert "drops the heading" in warning
     assert check_document(changed(mission__firmwareType=4)).autopilot is None
+
+
+def _square(south, west, north, east, inclusion=True):
+    corners = [[south, west], [south, east], [north, east], [north, west]]
+    return {"version": 1, "inclusion": inclusion, "polygon": corners}
+
+
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+def test_of_several_areas_to_stay_in_all_must_hold(autopilot):
+    both = [_square(47.399, 8.549, 47.401, 8.551), _square(47.3995, 8.5495, 47.40005, 8.5505)]
+    fence = {"version": 2, "polygons": both, "circles": []}
+    plan = plan_of(TAKEOFF, WAYPOINT, fence=fence, firmware=FIRMWARE[autopilot])
+    verdict = check_document(plan)
+    assert verdict.errors == ("item 1, item 2: lies outside the plan's own inclusion fence",)
+    assert any("2 areas to stay in" in line and "all of them at once" in line for line in verdict.warnings)
+
+
+def test_px4_holds_no_area_that_home_breaks():
+    """As its upload says: "Geofence invalid, doesn't contain Home position". What remains is held."""
+    whole, elsewhere = _square(47.399, 8.549, 47.401, 8.551), _square(47.40005, 8.5500, 47.401, 8.551)
+    around_home = _square(47.3999, 8.5499, 47.40005, 8.55005, inclusion=False)
+    fence = {"version": 2, "polygons": [whole, elsewhere, around_home], "circles": []}
+    verdict = check_document(plan_of(TAKEOFF, WAYPOINT, fence=fence))
+    assert verdict.ok
+    assert [line for line in verdict.warnings if "does not hold" in line] == [
+        "fence polygon 2: PX4 does not hold this area: the planned home lies outside it",
+        "fence polygon 3: PX4 does not hold this area: the planned home lies inside it",
+    ]
 
 
 def test_the_tables_are_what_the_bundled_vehicle_takes():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from sample_plans import (
     GOOD,
@@ -122,6 +124,34 @@ def test_what_the_ground_station_alone_can_make_items_of_is_not_left_out_of_an_u
         InputError, match=r"^item 2: a pattern that keeps no items .* Fix: upload the plan with"
     ):
         mission_lists(plan_of(TAKEOFF, pattern, RETURN))
+
+
+@pytest.mark.parametrize(
+    ("item", "words"),
+    [
+        (simple(16, 0, 0, 0, None, 300, 8.5, 20), "300 among params"),
+        (simple(2000, 0, 0, 0, 0, 3e9, frame=2), r"3e\+09 among params"),
+        (simple(16, 1e300, 0, 0, None), r"1e\+300 among params"),
+        (simple(16, 0, 0, 0, None, 47.4, 8.55, -1e300), r"-1e\+300 among params"),
+    ],
+)
+def test_what_mavlink_cannot_carry_is_told_before_it_is_packed(item, words):
+    line = rf"item 2: {words} is more than MAVLink carries there"
+    assert any(re.search(line, error) for error in check_document(plan_of(TAKEOFF, item)).errors)
+    with pytest.raises(InputError, match=line):
+        mission_lists(plan_of(TAKEOFF, item))
+
+
+def test_a_fence_or_rally_point_that_mavlink_cannot_carry_is_told():
+    circle = {"version": 1, "inclusion": True, "circle": {"center": [47.4, 8.55], "radius": 1e300}}
+    fence = {"version": 2, "polygons": [], "circles": [circle]}
+    plan = plan_of(TAKEOFF, fence=fence, rally=[[47.4, 8.55, 1e300]])
+    assert len(check_document(plan).errors) == 2
+
+
+def test_a_fraction_that_is_lost_on_the_way_is_warned_of():
+    (warning,) = check_document(plan_of(TAKEOFF, simple(205, -20, 0, 0, 0, 4.5, 0, 2, frame=2))).warnings
+    assert warning == "item 2: MAVLink carries the fifth and sixth parameter in frame 2 as whole numbers"
 
 
 @pytest.mark.parametrize("pattern", [SURVEY_5, CORRIDOR])
