@@ -24,6 +24,7 @@ from mavspiral.tour.no_way import NoWay
 __all__ = [
     "JOINABLE_M",
     "MARGIN_M",
+    "ON_A_ROOF_M",
     "REACTION_S",
     "STOPPING_MARGIN_M",
     "Look",
@@ -40,6 +41,9 @@ MARGIN_M = 0.5
 JOINABLE_M = 0.1
 """What a way is to join keeps so much more than the way does."""
 
+GROUND_M = 0.5
+"""Nobody goes across lower than this above the map's ground. From a home that nobody named, 3 m below it, a way begins at 1 m."""
+
 SHORTEST_M = 0.05
 NOTHING_M = 1e-7
 TURNING_M = 1.0
@@ -50,6 +54,10 @@ STOPPING_MARGIN_M = 0.3
 BEYOND_SAMPLES = 32
 SLOWEST_MPS = 0.5
 SEARCHED_M = 100.0
+ON_A_ROOF_M = 0.5
+"""What is lower is ground that a home stands on; and a roof's height is known no better."""
+LOW_HOME_M = 3.0
+"""A home that is higher is meant to be on something."""
 HOME_SPARE_M = 0.1
 """So far around a home that is too near to something another is looked for, with so much more than its ways keep."""
 
@@ -124,7 +132,8 @@ def safe_way(
 ) -> FloatArray:
     """The corners `(k, 3)` of the lowest way that keeps the clearance everywhere.
 
-    First the straight line; then up, across and down again, higher and higher until nothing stands higher.
+    First the straight line, unless an end of it lies below the map's ground: nothing tells where the slope rises between
+    them. Then up, across and down again, higher and higher until nothing stands higher.
     `named` tells in words what is nearest to a straight way, from its beginning over its sweep.
 
     Raises:
@@ -134,12 +143,13 @@ def safe_way(
     highest_m = min(ceiling_m, max(lowest_m, top_m + clearance_m + MARGIN_M))
     heights_m = np.append(np.arange(lowest_m, highest_m, STEP_M), highest_m)
     straight = np.array([start_enu_m, end_enu_m])
+    beside_a_slope = min(start_enu_m[2], end_enu_m[2]) < GROUND_M
     over = (
         np.array([start_enu_m, [*start_enu_m[:2], height_m], [*end_enu_m[:2], height_m], end_enu_m])
         for height_m in heights_m
     )
     best_m, best_at, best_sweep = -1.0, start_enu_m, end_enu_m - start_enu_m
-    for way in itertools.chain([straight], over):
+    for way in itertools.chain([] if beside_a_slope else [straight], over):
         sweeps = np.diff(way, axis=0)
         distance_m = solids.distance_m(way[:-1], sweeps)
         nearest = int(np.argmin(distance_m))
@@ -208,30 +218,36 @@ def _sides(way_enu_m: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
     ]
 
 
-def judge_home(heights: HeightMap, solids: Solids, home_enu_m: FloatArray, clearance_m: float) -> None:
-    """Refuses a home in a wall, or so near to one that the take-off has no clearance.
+def judge_home(heights: HeightMap, ways: Ways, home_enu_m: FloatArray, above_home_m: FloatArray) -> None:
+    """Refuses a home in a wall, or so near to one that the take-off, or the way on from above home, has no clearance.
 
     Raises:
         InputError: with the place and what would do.
     """
-
-    def where() -> str:
-        place = heights.frame.geo_point(home_enu_m)
-        return f"[vehicle] home = [{place.lat_deg:.6f}, {place.lon_deg:.6f}]"
-
+    place, nowhere = heights.frame.geo_point(home_enu_m), np.zeros(3)
+    where = f"[vehicle] home = [{place.lat_deg:.6f}, {place.lon_deg:.6f}]"
     standing_m = float(heights.sample(home_enu_m))
-    if standing_m > max(0.5, home_enu_m[2] + 0.5):
+    if standing_m > max(ON_A_ROOF_M, home_enu_m[2] + ON_A_ROOF_M):
+        named = ways.named(home_enu_m, nowhere)
+        is_kept_out = "keepout" in named
+        fixes = [] if is_kept_out else [f"home_height_m = {standing_m:.1f} to start from on top of it"]
+        if is_kept_out or home_enu_m[2] < LOW_HOME_M:
+            fixes.insert(0, _free_place(heights.frame, ways.solids, home_enu_m, ways.clearance_m))
         raise InputError(
-            f"{where()}, {_height_words(home_enu_m[2])}, is inside something {standing_m:.1f} m high. "
-            f"Fix: move it out, or home_height_m = {standing_m:.1f} to start from on top of it"
+            f"{where}, {_height_words(home_enu_m[2])}, is inside "
+            f"{named if is_kept_out else f'something {standing_m:.1f} m high'}. Fix: {', or '.join(fixes)}"
         )
-    on_a_roof = standing_m > 0.5
-    distance_m = float(solids.distance_m(home_enu_m[None, :])[0])
-    if not on_a_roof and distance_m < clearance_m:
-        raise InputError(
-            f"{where()} is {distance_m:.1f} m from the nearest wall, {clearance_m:.1f} m of clearance are required. "
-            f"Fix: {_free_place(heights.frame, solids, home_enu_m, clearance_m)}"
-        )
+    if standing_m > ON_A_ROOF_M:
+        return
+    for up, at_m, keeps_m in (
+        ("", home_enu_m, ways.clearance_m),
+        (" above it", above_home_m, ways.clearance_m + MARGIN_M),
+    ):
+        if (distance_m := float(ways.solids.distance_m(at_m[None, :])[0])) < keeps_m - 1e-9:
+            raise InputError(
+                f"{where} is {distance_m:.2f} m from {ways.named(at_m, nowhere)}, {keeps_m:.2f} m of clearance are required{up}. "
+                f"Fix: {_free_place(heights.frame, ways.solids, home_enu_m, ways.clearance_m)}"
+            )
 
 
 def _height_words(up_m: float) -> str:

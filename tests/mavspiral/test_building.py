@@ -198,7 +198,7 @@ def test_a_home_without_room_is_told_of_a_place_that_has_it(tmp_path):
     planned_home = planned(lat, -1.93)  # 5 m west of the block
     assert planned_home.trajectory.duration_s > 0
     with pytest.raises(
-        InputError, match=r"is \d\.\d m from the nearest wall.*Fix: home = \[40\.05.*m away, is the near"
+        InputError, match=r"is \d\.\d\d m from the building.*Fix: home = \[40\.05.*m away, is the near"
     ) as told:
         planned(lat, -1.93 + 3.5 / 85_386)
     fix = re.search(r"Fix: home = \[([\d.]+), (-[\d.]+)\]", str(told.value))

@@ -120,7 +120,7 @@ def test_with_json_a_plan_that_fails_is_one_object_that_names_the_obstacle_and_e
         ("standoff_m", "stand_off_m", "did you mean standoff_m?"),
         ("maps/kiosk.geojson", "maps/nowhere.geojson", "no such map"),
         ("home = [23.96028, 32.8675]", "home = [23.9605, 32.8675]", "is inside something"),
-        ("home = [23.96028, 32.8675]", "home = [23.960445, 32.8675]", "from the nearest wall"),
+        ("home = [23.96028, 32.8675]", "home = [23.960445, 32.8675]", "m from the building"),
         ("home = [23.96028, 32.8675]", "home = [32.8675, 23.96028]", "km from the building"),
         ("overlap = 0.25", "overlap = 0.25\nbottom_m = 0", "nearer to the ground"),
         ("overlap = 0.25", "overlap = 0.25\nbottom_m = 90", "above"),
