@@ -34,6 +34,7 @@ __all__ = [
     "pace_of",
     "room_of",
     "sharpness_of",
+    "smaller_clearance",
     "with_keepouts",
 ]
 
@@ -246,6 +247,29 @@ def budget_of(mission: Mission) -> ClearanceBudget:
         navigation_sigma_m=NAVIGATION_SIGMA_M[mission.vehicle.gps],
         tracking_sigma_m=TRACKING_SIGMA_M,
     )
+
+
+def smaller_clearance(mission: Mission, wanted_m: float) -> str:
+    """In words: what to set for a required clearance of `wanted_m`, rounded down; nothing where the vehicle takes more by itself.
+
+    `clearance_m` alone does not lower it where the errors govern.
+    """
+    fits_m, budget = _tenths_m(wanted_m), budget_of(mission)
+    sets = [f"[limits] clearance_m = {fits_m:g}"] if mission.limits.clearance_m > fits_m > 0.0 else []
+    if budget.total_m > fits_m:
+        for gps in dict.fromkeys((mission.vehicle.gps, "rtk")):
+            others_m = math.hypot(NAVIGATION_SIGMA_M[gps], budget.tracking_sigma_m)
+            spare2_m2 = max(0.0, (fits_m - budget.vehicle_radius_m) / 3.0) ** 2 - others_m**2
+            if spare2_m2 >= 0.0:
+                break
+        else:
+            return ""
+        if gps != mission.vehicle.gps:
+            sets.append('[vehicle] gps = "rtk", if it has that')
+        if (map_m := math.floor(100.0 * math.sqrt(spare2_m2)) / 100.0) < budget.map_sigma_m:
+            sets.append(f"[building] map_error_m = {map_m:g}, if the map is so good")
+    now_m = budget.required_m(mission.limits.clearance_m)
+    return f"a required clearance of {fits_m:.1f} m (now {now_m:.2f} m): {' and '.join(sets)}" if sets else ""
 
 
 def home_enu_m(mission: Mission, site: Site, solids: Solids, required_m: float) -> FloatArray:

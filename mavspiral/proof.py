@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from mavspiral.brief import camera_of, demand_of, limits_of
+from mavspiral.brief import camera_of, demand_of, limits_of, smaller_clearance
 from mavspiral.errors import LimitError
 from mavspiral.headway import Headway, to_nobody
 from mavspiral.mission import Mission
@@ -96,7 +96,9 @@ def judge_limits(mission: Mission, site: Site, trajectory: Trajectory, certifica
     if certificate.ok:
         return
     failures = "; ".join(failures_of(mission, site, trajectory, certificate))
-    raise LimitError(f"{mission.name}: the plan fails its limits: {failures}. Fix: {_remedy(certificate)}")
+    raise LimitError(
+        f"{mission.name}: the plan fails its limits: {failures}. Fix: {_remedy(mission, certificate)}"
+    )
 
 
 def judge_sight(mission: Mission, coverage: Coverage) -> None:
@@ -142,7 +144,7 @@ def survey_of(
     return shots, measure_coverage(patches, shots, site, camera, demand_of(mission), best_pose, headway)
 
 
-def _remedy(certificate: Certificate) -> str:
+def _remedy(mission: Mission, certificate: Certificate) -> str:
     """In words: what to change for a plan that fails; where something is too near, which clearance would do."""
     near, height = certificate["clearance"], certificate["height"]
     if not height.ok:
@@ -150,10 +152,5 @@ def _remedy(certificate: Certificate) -> str:
     elsewhere = "another standoff_m, or another band (bottom_m, top_m) away from it"
     if near.ok:
         return elsewhere
-    kept_m = math.floor(10.0 * near.worst) / 10.0
-    if kept_m <= 0.0:
-        return elsewhere
-    return (
-        f"a required clearance of {kept_m:.1f} m (now {near.allowed:.1f} m; [limits] clearance_m, or what the vehicle and its "
-        f"errors take) is what this plan keeps; or {elsewhere}"
-    )
+    would_do = smaller_clearance(mission, near.worst)
+    return f"{would_do} is what this plan keeps; or {elsewhere}" if would_do else elsewhere

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavspiral.arrays import FloatArray
+from mavspiral.brief import smaller_clearance
 from mavspiral.curve.meander import Row, meander
 from mavspiral.frames import COMPASS
 from mavspiral.pieces.candidate import Candidate, Setting
@@ -79,12 +80,11 @@ def hemmed_in(setting: Setting, others: SolidDistance, height_m: float) -> str:
     room_m = float(room[row, col])
     place_enu_m = np.array([*(solid.origin_enu_m + np.array([col, row]) * solid.cell_m), height_m])
     place = setting.site.heights.frame.geo_point(place_enu_m)
-    spare_m = math.floor(10.0 * (room_m - (_kept_m(setting) - setting.required_m))) / 10.0
+    would_fit = smaller_clearance(setting.mission, room_m - (_kept_m(setting) - setting.required_m))
     return (
         f"other things on the map and keep-outs stand so near on all sides that no drone can fly along any wall: the most room is "
         f"{room_m:.1f} m on either side, at lat {place.lat_deg:.6f}, lon {place.lon_deg:.6f}, {height_m:.1f} m up, and "
-        f"{_kept_m(setting):.1f} m are needed. Fix: a required clearance of {max(0.0, spare_m):.1f} m (now "
-        f"{setting.required_m:.1f} m) would fit, or a band above them (bottom_m)"
+        f"{_kept_m(setting):.1f} m are needed. Fix: {f'{would_fit}, or ' if would_fit else ''}a band above them (bottom_m)"
     )
 
 

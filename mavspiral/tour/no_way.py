@@ -34,6 +34,7 @@ class NoWay:
     ceiling_m: float
     top_m: float
     named: Callable[[FloatArray, FloatArray], str]
+    smaller: Callable[[float], str]
 
     def refusal(
         self,
@@ -55,7 +56,9 @@ class NoWay:
         ends_m = self.solids.distance_m(self.ends_enu_m)
         near = int(np.argmin(ends_m))
         if ends_m[near] < self.keeps_m - 1e-9:
-            return LimitError(f"{words}: {self._end_too_near(near, float(ends_m[near]), joinable_m)}")
+            return LimitError(
+                f"{words}: {self._end_too_near(near, float(ends_m[near]), margin_m=margin_m, joinable_m=joinable_m)}"
+            )
         words += f" below the ceiling of {self.ceiling_m:.0f} m"
         higher = int(np.argmax(self.ends_enu_m[:, 2]))
         would_do = f"[limits] ceiling_m ≥ {math.ceil(self._crossing_m())}"
@@ -79,7 +82,7 @@ class NoWay:
         free = self.solids.distance_m(above, np.tile(across, (len(heights_m), 1))) >= self.keeps_m
         return float(heights_m[int(np.argmax(free))])
 
-    def _end_too_near(self, which: int, nearest_m: float, joinable_m: float) -> str:
+    def _end_too_near(self, which: int, nearest_m: float, *, margin_m: float, joinable_m: float) -> str:
         thing = self.named(self.ends_enu_m[which], np.zeros(3))
         short_m = math.ceil(10.0 * (self.keeps_m + joinable_m - nearest_m) - 1e-6) / 10.0
         if self.between[which] == "home":
@@ -89,9 +92,10 @@ class NoWay:
             fix = "another standoff_m"
             if thing.startswith("the building"):
                 fix = f"a standoff_m larger by {short_m:.1f} m"
+        would_do = self.smaller(nearest_m - margin_m - joinable_m)
         return (
             f"{end} {nearest_m:.2f} m from {thing}, at {self._where(self.ends_enu_m[which], '.1f')}. "
-            f"Fix: {fix}, or a required clearance smaller by {short_m:.1f} m"
+            f"Fix: {fix}{f', or {would_do}' if would_do else ''}"
         )
 
     def _called(self, which: int) -> str:

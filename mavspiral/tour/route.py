@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from mavspiral.arrays import FloatArray
-from mavspiral.brief import limits_of
+from mavspiral.brief import limits_of, smaller_clearance
 from mavspiral.errors import InputError
 from mavspiral.mission import Mission
 from mavspiral.motion.trajectory import Leg, Trajectory
@@ -37,6 +37,7 @@ def ways_of(mission: Mission, site: Site, clearance_m: float) -> Ways:
         ceiling_m=mission.limits.ceiling_m,
         radius_m=mission.vehicle.radius_m,
         named=partial(nearest_obstacle, mission, site),
+        smaller=partial(smaller_clearance, mission),
     )
 
 

@@ -79,7 +79,7 @@ class Ways:
     """What every way through a site keeps: `clearance_m` from all that stands there, and below the ceiling.
 
     A vehicle of `radius_m` whose setpoints cease comes to rest before it touches anything. `named` says what is
-    nearest to a place and the straight way from it over a sweep.
+    nearest to a place and the straight way from it over a sweep, `smaller` what to set for so small a required clearance.
     """
 
     solids: Solids
@@ -90,6 +90,7 @@ class Ways:
     ceiling_m: float
     radius_m: float
     named: Callable[[FloatArray, FloatArray], str]
+    smaller: Callable[[float], str]
 
     def legs(
         self,
@@ -114,6 +115,7 @@ class Ways:
             top_m=self.top_m,
             between=between,
             named=self.named,
+            smaller=self.smaller,
         )
         return transit_legs(way, name, *looks, self.limits, solids=self.solids, radius_m=self.radius_m)
 
@@ -129,12 +131,14 @@ def safe_way(
     top_m: float,
     between: tuple[str, str],
     named: Callable[[FloatArray, FloatArray], str],
+    smaller: Callable[[float], str],
 ) -> FloatArray:
     """The corners `(k, 3)` of the lowest way that keeps the clearance everywhere.
 
     First the straight line, unless an end of it lies below the map's ground: nothing tells where the slope rises between
     them. Then up, across and down again, higher and higher until nothing stands higher.
-    `named` tells in words what is nearest to a straight way, from its beginning over its sweep.
+    `named` tells in words what is nearest to a straight way, from its beginning over its sweep, `smaller` what to set for a
+    smaller clearance.
 
     Raises:
         LimitError: no such way below the ceiling; the best one's nearest approach is named, and what would do.
@@ -157,7 +161,7 @@ def safe_way(
             return way
         if distance_m[nearest] > best_m:
             best_m, best_at, best_sweep = float(distance_m[nearest]), way[nearest], sweeps[nearest]
-    none = NoWay(solids, frame, straight, between, clearance_m + MARGIN_M, ceiling_m, top_m, named)
+    none = NoWay(solids, frame, straight, between, clearance_m + MARGIN_M, ceiling_m, top_m, named, smaller)
     raise none.refusal(best_m, best_at, best_sweep, margin_m=MARGIN_M, joinable_m=JOINABLE_M)
 
 
@@ -232,7 +236,7 @@ def judge_home(heights: HeightMap, ways: Ways, home_enu_m: FloatArray, above_hom
         is_kept_out = "keepout" in named
         fixes = [] if is_kept_out else [f"home_height_m = {standing_m:.1f} to start from on top of it"]
         if is_kept_out or home_enu_m[2] < LOW_HOME_M:
-            fixes.insert(0, _free_place(heights.frame, ways.solids, home_enu_m, ways.clearance_m))
+            fixes.insert(0, _free_place(heights.frame, ways, home_enu_m))
         raise InputError(
             f"{where}, {_height_words(home_enu_m[2])}, is inside "
             f"{named if is_kept_out else f'something {standing_m:.1f} m high'}. Fix: {', or '.join(fixes)}"
@@ -246,7 +250,7 @@ def judge_home(heights: HeightMap, ways: Ways, home_enu_m: FloatArray, above_hom
         if (distance_m := float(ways.solids.distance_m(at_m[None, :])[0])) < keeps_m - 1e-9:
             raise InputError(
                 f"{where} is {distance_m:.2f} m from {ways.named(at_m, nowhere)}, {keeps_m:.2f} m of clearance are required{up}. "
-                f"Fix: {_free_place(heights.frame, ways.solids, home_enu_m, ways.clearance_m)}"
+                f"Fix: {_free_place(heights.frame, ways, home_enu_m)}"
             )
 
 
@@ -255,16 +259,20 @@ def _height_words(up_m: float) -> str:
     return f"{abs(up_m):.1f} m {side} ground"
 
 
-def _free_place(frame: LocalFrame, solids: Solids, home_enu_m: FloatArray, clearance_m: float) -> str:
+def _free_place(frame: LocalFrame, ways: Ways, home_enu_m: FloatArray) -> str:
     """In words: the nearest place at that height that keeps the clearance; where there is none, what there is."""
     away_m, azimuth = np.meshgrid(np.arange(0.5, SEARCHED_M, 0.5), np.radians(np.arange(0.0, 360.0, 5.0)))
     around_m = np.stack([away_m * np.sin(azimuth), away_m * np.cos(azimuth), 0.0 * away_m], axis=-1)
     places = home_enu_m + around_m.reshape(-1, 3)
-    free_m = solids.distance_m(places)
-    fits = np.flatnonzero(free_m >= clearance_m + MARGIN_M + HOME_SPARE_M)
+    free_m = ways.solids.distance_m(places)
+    fits = np.flatnonzero(free_m >= ways.clearance_m + MARGIN_M + HOME_SPARE_M)
     if not fits.size:
-        return (
-            f"a required clearance of {float(free_m.max()):.1f} m: no place within {SEARCHED_M:g} m has more"
+        best = int(np.argmax(free_m))
+        place, would_do = frame.geo_point(places[best]), ways.smaller(free_m[best] - MARGIN_M - HOME_SPARE_M)
+        return f"another map or home: no place within {SEARCHED_M:g} m has more than {free_m[best]:.1f} m" + (
+            f", as [{place.lat_deg:.6f}, {place.lon_deg:.6f}]; or go there with {would_do}"
+            if would_do
+            else ""
         )
     nearest = places[fits[np.argmin(away_m.ravel()[fits])]]
     place, moved_m = frame.geo_point(nearest), float(np.hypot(*(nearest - home_enu_m)[:2]))

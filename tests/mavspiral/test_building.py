@@ -278,7 +278,9 @@ def test_above_lower_neighbours_the_full_turn_goes_on(tmp_path):
 
 
 def test_a_house_that_nobody_can_fly_along_is_refused_with_the_place_and_what_would_fit(tmp_path):
-    with pytest.raises(LimitError, match=r"most room is 2\..* lat 40\.05.*3\.8 m are needed.*would fit"):
+    with pytest.raises(
+        LimitError, match=r"most room is 2\..* lat 40\.05.*3\.8 m are needed.*Fix: .*clearance_m = 1\.2 and"
+    ):
         between_neighbours(tmp_path, 4.0, 4.0, 4.0, inspection="top_m = 6")
 
 

@@ -7,23 +7,29 @@ from types import SimpleNamespace
 
 import pytest
 
-from mavspiral import load_mission, plan, planner
+from mavspiral import load_mission, plan
 from mavspiral.errors import LimitError
 from mavspiral.mission import Keepout
-from mavspiral.proof import judge_sight
+from mavspiral.proof import judge_limits, judge_sight, proof_of
+from mavspiral.survey.solids import Solids
 
 KIOSK = Path(__file__).parents[2] / "missions" / "kiosk.toml"
 
 
-def test_a_refusal_for_clearance_names_the_clearance_that_the_plan_keeps(monkeypatch):
-    mission, proof_of = load_mission(KIOSK), planner.proof_of
-    kept_m = float(plan(mission).clearance.distance_m.min())
-    monkeypatch.setattr(planner, "proof_of", lambda *args: proof_of(*args[:3], args[3] + 20.0))
+def test_a_refusal_for_clearance_names_the_clearance_that_the_plan_keeps():
+    inspection = plan(load_mission(KIOSK))
+    kept_m, site, trajectory = inspection.clearance.nearest.distance_m, inspection.site, inspection.trajectory
+    limits = inspection.mission.limits.model_copy(update={"clearance_m": kept_m + 20.0})
+    mission = inspection.mission.model_copy(update={"limits": limits})
+    _, certificate = proof_of(mission, Solids.of_map(site.heights), trajectory, kept_m + 20.0)
     with pytest.raises(LimitError, match="clearance FAILS") as refusal:
-        plan(mission)
-    fits = re.search(r"Fix: a required clearance of ([\d.]+) m \(now ([\d.]+) m", str(refusal.value))
+        judge_limits(mission, site, trajectory, certificate)
+    fits = re.search(
+        r"Fix: a required clearance of ([\d.]+) m \(now ([\d.]+) m\): \[limits\] clearance_m = ([\d.]+) is",
+        str(refusal.value),
+    )
     assert fits
-    assert kept_m - 0.1 <= float(fits[1]) <= kept_m < float(fits[2])
+    assert kept_m - 0.1 <= float(fits[1]) == float(fits[3]) <= kept_m < float(fits[2])
 
 
 def test_no_clearance_of_nothing_is_recommended():

@@ -33,10 +33,10 @@ def judge_fence(parts: PlanParts, autopilot: str, findings: Findings) -> None:
         named = [f"fence polygon {number + 1}" for number in range(len(parts.polygons))]
         named += [f"fence circle {number + 1}" for number in range(len(parts.circles))]
         held = [shape for shape in shapes if _allows(home, shape)]
-        for place, shape in zip(named, shapes, strict=True):
+        for area, shape in zip(named, shapes, strict=True):
             if not _allows(home, shape):
                 side = "outside" if shape[0] else "inside"
-                findings.warning(place, f"PX4 does not hold this area: the planned home lies {side} it")
+                findings.warning(area, f"PX4 does not hold this area: the planned home lies {side} it")
     elif home is not None and not all(_allows(home, shape) for shape in shapes if shape[0]):
         findings.warning("mission.plannedHomePosition", "lies outside the plan's own inclusion fence")
     for item in parts.items:

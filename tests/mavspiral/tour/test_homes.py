@@ -37,6 +37,7 @@ def stage(rough_m=0.0, thing="the building"):
         60.0,
         radius_m=0.4,
         named=lambda place, sweep: thing,
+        smaller=lambda m: f"{m:.2f} m",
     )
     gaze = TurnGaze(1.5, 1.5)
     piece = Piece("a", "spiral", LinePath((0, -50, 8), (30, -50, 8)), gaze, 1, 2, 8.0, LIMITS, TurnGaze(0, 0))
@@ -104,7 +105,17 @@ def test_nobody_starts_from_on_top_of_a_keep_out():
 
 def test_a_ceiling_too_low_for_the_take_off_names_one_that_does():
     heights = HeightMap(np.zeros((4, 4)), 1.0, FRAME, np.array([0.0, 0.0]))
-    ways = Ways(Solids.of_map(heights), FRAME, 0.0, LIMITS, 3.0, 20.0, radius_m=0.4, named=lambda *_: "")
+    ways = Ways(
+        Solids.of_map(heights),
+        FRAME,
+        0.0,
+        LIMITS,
+        3.0,
+        20.0,
+        radius_m=0.4,
+        named=lambda *_: "",
+        smaller=lambda _: "",
+    )
     gaze = TurnGaze(1.5, 1.5)
     piece = Piece("a", "spiral", LinePath((0, 0, 8), (9, 0, 8)), gaze, 1, 2, 8.0, LIMITS, TurnGaze(0, 0))
     tour, site = tour_of(flown_in_order([piece]), ways), Site(heights, np.zeros((4, 4), dtype=bool))
