@@ -193,7 +193,13 @@ def _plan_profiles(inspection: Inspection) -> tuple[Profile, ...]:
             figures["acceleration"].allowed,
         ),
         Profile("jerk, m/s³", states.t_s, norm(states.jerk_enu_mps3), figures["jerk"].allowed),
-        Profile("clearance, m", clearance.t_s, clearance.distance_m, inspection.clearance_required_m),
+        Profile(
+            "clearance, m",
+            clearance.t_s,
+            clearance.distance_m,
+            inspection.clearance_required_m,
+            words="at least",
+        ),
     )
 
 
@@ -205,8 +211,21 @@ def _flight_profiles(flight: Flight) -> tuple[Profile, ...]:
     believed_m = np.sqrt(((log.truth_position_enu_m - log.estimate_position_enu_m) ** 2).sum(axis=1))
     accept = flight.inspection.mission.accept
     return (
-        Profile("tracking error (truth against reference), m", t_s, error_m, accept.tracking_p95_m),
-        Profile("estimate against truth, m", t_s, believed_m, None),
-        Profile("height above the building's ground, m", t_s, log.truth_position_enu_m[:, 2], None),
-        Profile("clearance, m", flight.clearance_t_s, flight.clearance_m, accept.clearance_min_m),
+        Profile(
+            "tracking error (truth against reference), m",
+            t_s,
+            error_m,
+            accept.tracking_p95_m,
+            words="95 % at most",
+            inspecting=True,
+        ),
+        Profile("estimate against truth, m", t_s, believed_m),
+        Profile("height above the building's ground, m", t_s, log.truth_position_enu_m[:, 2]),
+        Profile(
+            "clearance, m",
+            flight.clearance_t_s,
+            flight.clearance_m,
+            accept.clearance_min_m,
+            words="at least",
+        ),
     )

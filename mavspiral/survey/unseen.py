@@ -151,7 +151,7 @@ def _lines_of(
         low, high = _heights_m(patches.centre_enu_m[here, 2], patches.height_m[here])
         line = (
             f"unseen {what}: {_area(area_m2)} ({_share(area_m2 / whole_m2)}) {_known(coverage, here)}{cause}; "
-            f"{sides}{low:.1f} to {high:.1f} m up"
+            f"{sides}{_between(low, high)} m up"
         )
         told.append((area_m2, line))
     told.sort(reverse=True)
@@ -194,6 +194,11 @@ def _listed(words: list[str]) -> str:
 
 def _heights_m(centre_m: FloatArray, height_m: FloatArray) -> tuple[float, float]:
     return float((centre_m - 0.5 * height_m).min()), float((centre_m + 0.5 * height_m).max())
+
+
+def _between(low_m: float, high_m: float) -> str:
+    low, high = f"{low_m:.1f}", f"{high_m:.1f}"
+    return low if low == high else f"{low} to {high}"
 
 
 def _area(area_m2: float) -> str:
