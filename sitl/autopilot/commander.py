@@ -163,7 +163,7 @@ class Commander(Pilot[CommanderState]):
         """To fly that; the same demand for the same setpoint."""
         self._state.setpoint = setpoint
         if setpoint is not self._flying.setpoint:
-            self._flying = Demand(armed=True, idle=False, setpoint=setpoint)
+            self._flying = Demand(True, False, setpoint)
         return self._flying
 
     def _is_expectant(self) -> bool:

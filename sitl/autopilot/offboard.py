@@ -36,10 +36,8 @@ def commands_every_axis(setpoint: Setpoint) -> bool:
 
     An attitude with its thrust commands them all.
     """
-    if setpoint.attitude is not None:
-        return True
-    kinds = (setpoint.position_ned_m, setpoint.velocity_ned_mps, setpoint.acceleration_ned_mps2)
-    if math.isfinite(sum(map(sum, kinds))):
+    *kinds, _, _, attitude = setpoint
+    if attitude is not None or math.isfinite(sum(map(sum, kinds))):
         return True
     horizontal = vertical = False
     for kind in kinds:

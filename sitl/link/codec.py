@@ -71,8 +71,8 @@ class Codec:
     def encode(self, message: Message, sender: tuple[int, int] | None = None) -> bytes:
         """The MAVLink 2 frame that carries the message; `sender` when it is passed on for another."""
         known: Layout = message.LAYOUT
-        payload = known.pack(message)
-        payload = payload.rstrip(b"\0") or payload[:1]
+        values = message if known.spans is None else known.flat(message)
+        payload = known.packer.pack(*values).rstrip(b"\0") or b"\0"
         system, component = sender or (self.system, self.component)
         flags = 0 if self._signer is None else SIGNED
         header = _HEADER.pack(len(payload), flags, 0, self._sequence, system, component, known.number)

@@ -35,17 +35,15 @@ class Layout:
     spans: tuple[tuple[int, int], ...] | None
     """Where each field lies among the values that `packer` gives; None when every field is one number."""
 
-    def pack(self, message: Message) -> bytes:
-        """The payload at full length."""
-        if self.spans is None:
-            return self.packer.pack(*message)
+    def flat(self, message: Message) -> list[object]:
+        """The values that `packer` takes: what is an array, one by one."""
         flat: list[object] = []
         for value in message:
             if isinstance(value, tuple):
                 flat.extend(value)
             else:
                 flat.append(value)
-        return self.packer.pack(*flat)
+        return flat
 
     def unpack(self, payload: bytes | bytearray) -> Message:
         """The message in a payload, whose cut zeros are put back and whose unknown extensions are cut."""
