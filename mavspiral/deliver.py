@@ -212,7 +212,7 @@ def _flight_profiles(flight: Flight) -> tuple[Profile, ...]:
     accept = flight.inspection.mission.accept
     return (
         Profile(
-            "tracking error (truth against reference), m",
+            "tracking error by truth, m",
             t_s,
             error_m,
             accept.tracking_p95_m,

@@ -47,7 +47,7 @@ class Scene:
         pieces = np.stack([picture[:-1], picture[1:]], axis=1)
         colours = rgba[:-1].copy()
         colours[~self._visible(0.5 * (position_enu_m[:-1] + position_enu_m[1:])), 3] *= HIDDEN_SHARE
-        axes.add_collection(LineCollection(list(pieces), colors=colours, linewidths=width, capstyle="round"))
+        axes.add_collection(LineCollection(list(pieces), colors=colours, linewidths=width, capstyle="butt"))
 
     def extent_m(self) -> tuple[float, float, float, float]:
         """Left, right, bottom and top of the picture of everything that stands there, and half a metre more."""
