@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -44,9 +46,19 @@ def test_between_the_samples_nothing_is_missed_where_splines_have_their_kinks(se
     for stretch in (0.8, 1.0, 1.7):
         law = fastest_law(path, gaze, limits).stretched(stretch)
         told = slower(path, gaze, law, limits, LEVEL, None)
-        dense = factor(path, gaze, law, limits, 2e-5)
+        dense = factor(path, gaze, law, limits, 1e-5)
         assert dense <= told * (1 + 2e-5)  # the law's own margin
         assert told <= dense * (1 + 1e-5)  # what the samples here miss
+
+
+@pytest.mark.parametrize("speed_mps", [1.2, 1.4])
+def test_a_speed_near_its_limit_hides_no_jerk(speed_mps, limits):
+    slow = replace(limits, speed_mps=speed_mps)
+    for seed in range(6):
+        path, gaze = zigzag(seed)
+        law = fastest_law(path, gaze, slow)
+        told = slower(path, gaze, law, slow, LEVEL, None)
+        assert factor(path, gaze, law, slow, 2e-4) <= told * (1 + 2e-5)
 
 
 @pytest.mark.parametrize("seed", range(6))
