@@ -26,7 +26,9 @@ __all__ = [
 ]
 
 
-MissionFile = Annotated[Path, typer.Argument(help="The mission file (TOML).", show_default=False)]
+MissionFile = Annotated[
+    Path, typer.Argument(help="The mission file (TOML).", metavar="MISSION", show_default=False)
+]
 
 
 def _named(folder: str) -> Path:
@@ -44,18 +46,26 @@ Out = Annotated[
 OfAutopilot = Annotated[
     str | None,
     typer.Option(
-        "--autopilot", help="px4 or ardupilot; by default the mission's, in `fly` the vehicle's own."
+        "--autopilot",
+        metavar="NAME",
+        help="px4 or ardupilot; by default the mission's, in `fly` the vehicle's own.",
     ),
 ]
 Connect = Annotated[
-    str, typer.Option("--connect", help="The vehicle, as MAVSDK or pymavlink spell it: udpin://0.0.0.0:14540")
+    str,
+    typer.Option(
+        "--connect", metavar="URL", help="The vehicle, as MAVSDK or pymavlink spell it: udpin://0.0.0.0:14540"
+    ),
 ]
 System = Annotated[
     int | None,
-    typer.Option("--system", help="Which MAVLink system, where there are several.", min=1, max=255),
+    typer.Option(
+        "--system", metavar="N", help="Which MAVLink system, where there are several.", min=1, max=255
+    ),
 ]
 Signing = Annotated[
-    Path | None, typer.Option("--signing", help="A key file: sign all, and refuse what is not signed.")
+    Path | None,
+    typer.Option("--signing", metavar="KEYFILE", help="A key file: sign all, and refuse what is not signed."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 

@@ -89,7 +89,10 @@ def main() -> None:
 
 @app.command()
 def plan(mission: MissionFile, out: Out = None, as_json: Json = False) -> None:
-    """Plan the inspection, judge it, and write NAME.plan, .waypoints, .csv, .photos.csv, .kml, .geojson, .png and .json."""
+    """Plan the inspection, judge it, write its files.
+
+    NAME.plan, .waypoints, .csv, .photos.csv, .kml, .geojson, .png and .json.
+    """
     from mavspiral.deliver import write_plan
     from mavspiral.planner import STAGES
     from mavspiral.planner import plan as make_plan
@@ -107,14 +110,15 @@ def plan(mission: MissionFile, out: Out = None, as_json: Json = False) -> None:
 def simulate(
     mission: MissionFile,
     wind: Annotated[
-        float, typer.Option("--wind", help="Mean wind from the west, m/s.", min=0.0, max=30.0)
+        float, typer.Option("--wind", metavar="MPS", help="Mean wind from the west, m/s.", min=0.0, max=30.0)
     ] = 0.0,
     gust: Annotated[bool, typer.Option("--gust", help="Add Dryden gusts to the wind.")] = False,
     seed: Annotated[
-        int, typer.Option("--seed", help="Of every random number; same seed, same bits.", min=0)
+        int, typer.Option("--seed", metavar="N", help="Of every random number; same seed, same bits.", min=0)
     ] = 0,
     fault: Annotated[
-        list[str] | None, typer.Option("--fault", help="NAME[=VALUE]@START[+DURATION], e.g. motor=2:0.5@60s.")
+        list[str] | None,
+        typer.Option("--fault", metavar="SPEC", help="NAME[=VALUE]@START[+DURATION], e.g. motor=2:0.5@60s."),
     ] = None,
     via: Annotated[
         Literal["stream", "mission"],
@@ -127,7 +131,10 @@ def simulate(
     out: Out = None,
     as_json: Json = False,
 ) -> None:
-    """Fly it closed loop against the bundled vehicle and judge it against [accept]."""
+    """Fly it against the bundled vehicle, and measure it.
+
+    Closed loop, in lockstep; judged against the mission's [accept].
+    """
     from mavspiral.closedloop import simulate as fly_simulated
     from mavspiral.deliver import write_flight
     from mavspiral.files import try_folder
@@ -160,7 +167,9 @@ def fly(
     mission: MissionFile,
     connect: Connect,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Do everything but arm.")] = False,
-    rate: Annotated[float, typer.Option("--rate", help="Setpoints a second.", min=10.0, max=100.0)] = 50.0,
+    rate: Annotated[
+        float, typer.Option("--rate", metavar="HZ", help="Setpoints a second.", min=10.0, max=100.0)
+    ] = 50.0,
     signing: Signing = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on where the flights in NAME.journal ended.")
@@ -175,6 +184,7 @@ def fly(
         str | None,
         typer.Option(
             "--align",
+            metavar="PLACE",
             help="LAT,LON or home: the place on the map where it stands; the plan is shifted by how far off that is.",
         ),
     ] = None,
@@ -184,7 +194,10 @@ def fly(
     out: Out = None,
     as_json: Json = False,
 ) -> None:
-    """Stream it to a real vehicle: connect, check, arm, take off, inspect, return, land."""
+    """Fly it with a real vehicle, setpoint by setpoint.
+
+    Connect, check, arm, take off, inspect, return, land.
+    """
     from mavspiral.console import Console
     from mavspiral.deliver import write_live
     from mavspiral.files import try_folder
@@ -240,14 +253,19 @@ def fly(
 
 @app.command()
 def check(
-    plan_file: Annotated[Path, typer.Argument(help="A .plan, ours or not.", show_default=False)],
+    plan_file: Annotated[
+        Path, typer.Argument(help="A .plan, ours or not.", metavar="PLAN", show_default=False)
+    ],
     autopilot: Annotated[
         Literal["px4", "ardupilot"] | None,
         typer.Option("--autopilot", help="Who shall take it; by default whom it was made for."),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Will QGroundControl load this .plan, and will the autopilot take it: item by item, with the reason."""
+    """Judge a .plan: will it load, and be flown?
+
+    Will QGroundControl load it, and will the autopilot take it: item by item, with the reason.
+    """
     from mavspiral.export.check import check_file
 
     verdict = check_file(plan_file, autopilot)
@@ -262,14 +280,20 @@ def check(
 @app.command()
 def upload(
     source: Annotated[
-        Path, typer.Argument(help="A .plan, or a mission file (TOML) to plan first.", show_default=False)
+        Path,
+        typer.Argument(
+            help="A .plan, or a mission file (TOML) to plan first.", metavar="SOURCE", show_default=False
+        ),
     ],
     connect: Connect,
     signing: Signing = None,
     system: System = None,
     as_json: Json = False,
 ) -> None:
-    """Upload mission, fence and rally points, read them back and compare them item by item."""
+    """Upload mission, fence and rally points.
+
+    And read them back, and compare them item by item.
+    """
     from mavspiral.console import Console
     from mavspiral.export.check.plan_json import read_plan_json
     from mavspiral.flight.signing import read_key

@@ -96,6 +96,7 @@ def write_flight(flight: Flight, folder: Path, summary: dict[str, Any]) -> dict[
         subtitle=f"simulated flight, seed {flight.seed}, {summary['autopilot']}; all distances by truth",
         passed=flight.passed,
         failures=flight.failures,
+        warnings=inspection.warnings,
         figures=flight_rows(summary, inspection.mission),
         events=((e.t_us / 1e6, e.severity, e.text) for e in flight.log.events),
         picture=picture or Path(names["png"]),

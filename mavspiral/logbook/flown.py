@@ -118,6 +118,7 @@ class Flight:
                 {"t_s": e.t_us / 1e6, "severity": e.severity, "text": e.text} for e in self.log.events
             ],
             "passed": self.passed,
+            "warnings": list(self.inspection.warnings),
             "failures": list(self.failures),
         }
 

@@ -1,4 +1,4 @@
-"""The flight on one page that stands alone: verdict, figures, picture, events."""
+"""The flight on one page that stands alone: verdict, figures, picture, warnings, events."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ h1{font-size:1.7rem;margin:0} p.sub{color:#5b6b7a;margin:.2rem 0 1.2rem}
 .pass{background:#2e7d32}.fail{background:#c62828}
 table{border-collapse:collapse;margin:1rem 0 1.6rem;min-width:26rem}
 th,td{text-align:left;padding:.3rem 1.2rem .3rem 0;border-bottom:1px solid #e3e8ed;vertical-align:top}
-td.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums} img{max-width:100%;border:1px solid #e3e8ed}
-li{margin:.15rem 0} .warning{color:#b26a00}.error{color:#c62828}
+td.n,th.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums} img{max-width:100%;border:1px solid #e3e8ed}
+li{margin:.15rem 0} .events td{border:0;padding:.1rem 1.2rem .1rem 0} .warning{color:#8a5200}.error{color:#c62828}
 """
 
 
@@ -27,6 +27,7 @@ def report_html(
     subtitle: str,
     passed: bool,
     failures: Iterable[str],
+    warnings: Iterable[str],
     figures: Iterable[tuple[str, str, str]],
     events: Iterable[tuple[float, str, str]],
     picture: Path,
@@ -38,18 +39,27 @@ def report_html(
         for name, value, asked in figures
     )
     told = "".join(
-        f'<li class="{html.escape(severity)}">{t_s:8.1f} s&ensp;{html.escape(text)}</li>'
+        f'<tr class="{html.escape(severity)}"><td class=n>{t_s:.1f} s</td>'
+        f"<td>{'' if severity == 'info' else html.escape(severity)}</td><td>{html.escape(text)}</td></tr>"
         for t_s, severity, text in events
     )
-    failed = "".join(f"<li class=error>{html.escape(line)}</li>" for line in failures)
+    failed, warned = _listed(failures, "error"), _listed(warnings, "warning")
     verdict = (
         "<span class='verdict pass'>passed</span>" if passed else "<span class='verdict fail'>failed</span>"
     )
     return (
-        f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title><style>{_STYLE}</style>"
+        "<!doctype html><html lang=en><meta charset=utf-8>"
+        '<meta name=viewport content="width=device-width, initial-scale=1">'
+        f"<title>{html.escape(title)}</title><style>{_STYLE}</style>"
         f"<h1>{html.escape(title)} {verdict}</h1><p class=sub>{html.escape(subtitle)}</p>"
-        + (f"<ul>{failed}</ul>" if failed else "")
-        + f"<table><tr><th>figure</th><th>measured</th><th>asked</th></tr>{rows}</table>"
+        + failed
+        + f"<table><tr><th>figure</th><th class=n>measured</th><th>asked</th></tr>{rows}</table>"
         f'<img alt="planned and flown path" src="data:image/png;base64,{image}">'
-        f"<h2>Events</h2><ul>{told}</ul></html>\n"
+        + (f"<h2>Warnings of the plan</h2>{warned}" if warned else "")
+        + f"<h2>Events</h2><table class=events>{told}</table></html>\n"
     )
+
+
+def _listed(lines: Iterable[str], severity: str) -> str:
+    items = "".join(f"<li class={severity}>{html.escape(line)}</li>" for line in lines)
+    return f"<ul>{items}</ul>" if items else ""
