@@ -160,7 +160,7 @@ def test_bad_input_exits_2_with_one_line(tmp_path, old, new, words):
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("plan", "mavspiral plan: missing argument 'mission'"),
+        ("plan", "mavspiral plan: missing argument 'MISSION'"),
         ("plan missions/kiosk.toml --bogus", "no such option: --bogus"),
         ("plan missions/kiosk.toml another", "another"),
         ("simulate missions/kiosk.toml --wind abc", "'--wind'"),
