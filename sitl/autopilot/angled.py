@@ -10,8 +10,8 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from sitl.autopilot.glide import Glide, start_glide
-from sitl.autopilot.lean import climbing, leaning, push_of, turned
+from sitl.autopilot.glide import Glide, climbing, start_glide
+from sitl.autopilot.lean import leaning, push_of, turned
 from sitl.autopilot.trip import Speeds, speeds_of, vertical_limits
 from sitl.condition import Condition
 from sitl.kernels import Quaternion

@@ -14,7 +14,20 @@ from typing import NamedTuple, TypeVar
 from sitl.rotation import to_yaw
 from sitl.signals import Estimate, Setpoint
 
-__all__ = ["Glide", "GlideLimits", "follow_speed", "start_glide", "step_glide", "stopping_point"]
+__all__ = [
+    "AT_REST_MPS",
+    "Glide",
+    "GlideLimits",
+    "climbing",
+    "follow_speed",
+    "led_across",
+    "start_glide",
+    "step_glide",
+    "stopping_point",
+]
+
+AT_REST_MPS = 0.1
+"""What sticks lead stands, once it is slower and they are let go."""
 
 _K = 0.8  # 1/s, speed per distance near the goal
 _PLANNED = 0.5
@@ -136,6 +149,44 @@ def follow_speed(
     a = a + _limited(wanted_a - a, jerk * dt)
     v = v + a * dt
     return p + v * dt, v, a
+
+
+def led_across(
+    glide: Glide,
+    here_m: complex,
+    wanted_mps: complex,
+    acceleration_mps2: float,
+    jerk_mps3: float,
+    dt_s: float,
+) -> Glide:
+    """The target `dt_s` later on its way to that level speed. As long as it moves its place is the vehicle's own, `here_m`."""
+    moves = wanted_mps != 0.0 or abs(glide.velocity_mps) > AT_REST_MPS
+    place, velocity, push = follow_speed(
+        here_m if moves else glide.position_m,
+        glide.velocity_mps,
+        glide.acceleration_mps2,
+        wanted_mps,
+        acceleration_mps2,
+        jerk_mps3,
+        dt_s,
+    )
+    return glide._replace(position_m=place, velocity_mps=velocity, acceleration_mps2=push)
+
+
+def climbing(
+    glide: Glide, climb_mps: float, acceleration_mps2: float, jerk_mps3: float, dt_s: float
+) -> Glide:
+    """The target `dt_s` later on its way to that rate of climb."""
+    down, speed, push = follow_speed(
+        glide.down_m,
+        glide.down_speed_mps,
+        glide.down_acceleration_mps2,
+        -climb_mps,
+        acceleration_mps2,
+        jerk_mps3,
+        dt_s,
+    )
+    return glide._replace(down_m=down, down_speed_mps=speed, down_acceleration_mps2=push)
 
 
 def _limited(value: _Number, most: float) -> _Number:

@@ -10,8 +10,8 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from sitl.autopilot.glide import Glide, follow_speed, start_glide
-from sitl.autopilot.lean import climbing, leaning
+from sitl.autopilot.glide import Glide, climbing, led_across, start_glide
+from sitl.autopilot.lean import leaning
 from sitl.autopilot.trip import acceleration_of
 from sitl.condition import Condition
 from sitl.geo import GRAVITY_MPS2
@@ -20,7 +20,6 @@ from sitl.signals import Setpoint, Sticks
 
 __all__ = ["Led", "led"]
 
-_AT_REST_MPS = 0.1
 _AHEAD_MOST_RAD = math.radians(20.0)
 """So far the heading that is asked for runs ahead of the nose: who cannot turn so fast is not turned the other way round."""
 _STEEPEST_RAD = math.radians(80.0)
@@ -63,17 +62,10 @@ class Led(NamedTuple):
             return self._replace(glide=glide, push_mps2=GRAVITY_MPS2 * math.tan(lean_rad) * across)
         wanted_mps = 0.01 * parameters["LOIT_SPEED"] * tilt
         north_m, east_m, _down_m = estimate.position_ned_m.tolist()
-        moves = wanted_mps != 0.0 or abs(glide.velocity_mps) > _AT_REST_MPS
-        place, velocity, acceleration = follow_speed(
-            complex(north_m, east_m) if moves else glide.position_m,
-            glide.velocity_mps,
-            glide.acceleration_mps2,
-            wanted_mps,
-            acceleration_of(parameters, "LOIT_ACC_MAX"),
-            acceleration_of(parameters, "LOIT_BRK_JERK"),
-            dt_s,
+        most_mps2, jerk_mps3 = (
+            acceleration_of(parameters, name) for name in ("LOIT_ACC_MAX", "LOIT_BRK_JERK")
         )
-        moved = glide._replace(position_m=place, velocity_mps=velocity, acceleration_mps2=acceleration)
+        moved = led_across(glide, complex(north_m, east_m), wanted_mps, most_mps2, jerk_mps3, dt_s)
         return self._replace(glide=moved)
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from sitl.autopilot.glide import Glide, follow_speed
+from sitl.autopilot.glide import Glide
 from sitl.geo import GRAVITY_MPS2
 from sitl.kernels import Quaternion, Triple
 from sitl.signals import Setpoint
 
-__all__ = ["climbing", "leaning", "push_of", "turned"]
+__all__ = ["leaning", "push_of", "turned"]
 
 _STEEPEST = math.cos(math.radians(80.0))
 
@@ -33,22 +33,6 @@ def turned(q_ned_frd: Quaternion, rate_frd_radps: Triple, dt_s: float) -> Quater
     )
     size = math.hypot(*moved)
     return moved[0] / size, moved[1] / size, moved[2] / size, moved[3] / size
-
-
-def climbing(
-    glide: Glide, climb_mps: float, acceleration_mps2: float, jerk_mps3: float, dt_s: float
-) -> Glide:
-    """The target `dt_s` later on its way to that rate of climb."""
-    down, speed, push = follow_speed(
-        glide.down_m,
-        glide.down_speed_mps,
-        glide.down_acceleration_mps2,
-        -climb_mps,
-        acceleration_mps2,
-        jerk_mps3,
-        dt_s,
-    )
-    return glide._replace(down_m=down, down_speed_mps=speed, down_acceleration_mps2=push)
 
 
 def leaning(glide: Glide, push_mps2: complex) -> Setpoint:

@@ -11,12 +11,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from sitl.autopilot.glide import Glide, follow_speed
+from sitl.autopilot.glide import AT_REST_MPS, Glide, climbing, led_across
 from sitl.signals import Estimate, Sticks
 
 __all__ = ["led"]
-
-_AT_REST_MPS = 0.1
 
 
 def led(
@@ -29,40 +27,17 @@ def led(
     ahead = complex(math.cos(glide.yaw_ned_rad), math.sin(glide.yaw_ned_rad))
     tilt = complex(forward, right)
     wanted_mps = parameters["MPC_VEL_MANUAL"] * ahead * tilt / max(1.0, abs(tilt))
-    wanted_down_mps = -up * parameters["MPC_Z_VEL_MAX_UP" if up > 0.0 else "MPC_Z_VEL_MAX_DN"]
-    moves = wanted_mps != 0.0 or abs(glide.velocity_mps) > _AT_REST_MPS
-    moves_vertically = wanted_down_mps != 0.0 or abs(glide.down_speed_mps) > _AT_REST_MPS
+    climb_mps = up * parameters["MPC_Z_VEL_MAX_UP" if up > 0.0 else "MPC_Z_VEL_MAX_DN"]
     jerk_mps3 = parameters["MPC_JERK_MAX"]
-    position, velocity, acceleration = follow_speed(
-        complex(north_m, east_m) if moves else glide.position_m,
-        glide.velocity_mps,
-        glide.acceleration_mps2,
-        wanted_mps,
-        parameters["MPC_ACC_HOR_MAX"],
-        jerk_mps3,
-        dt_s,
-    )
-    down, down_speed, down_acceleration = follow_speed(
-        here_down_m if moves_vertically else glide.down_m,
-        glide.down_speed_mps,
-        glide.down_acceleration_mps2,
-        wanted_down_mps,
-        parameters["MPC_ACC_UP_MAX" if up > 0.0 else "MPC_ACC_DOWN_MAX"],
-        jerk_mps3,
-        dt_s,
-    )
+    here_m, most_mps2 = complex(north_m, east_m), parameters["MPC_ACC_HOR_MAX"]
+    glide = led_across(glide, here_m, wanted_mps, most_mps2, jerk_mps3, dt_s)
+    if climb_mps != 0.0 or abs(glide.down_speed_mps) > AT_REST_MPS:
+        glide = glide._replace(down_m=here_down_m)
+    most_mps2 = parameters["MPC_ACC_UP_MAX" if up > 0.0 else "MPC_ACC_DOWN_MAX"]
+    glide = climbing(glide, climb_mps, most_mps2, jerk_mps3, dt_s)
     yaw_rate_radps = clockwise * math.radians(parameters["MPC_MAN_Y_MAX"])
     yaw_ned_rad = math.remainder(glide.yaw_ned_rad + yaw_rate_radps * dt_s, math.tau)
-    return Glide(
-        position,
-        velocity,
-        acceleration,
-        down,
-        down_speed,
-        down_acceleration,
-        yaw_ned_rad,
-        yaw_rate_radps,
-    )
+    return glide._replace(yaw_ned_rad=yaw_ned_rad, yaw_rate_ned_radps=yaw_rate_radps)
 
 
 def _beyond(deflection: float, dead: float) -> float:
